@@ -1,0 +1,1 @@
+"""Understand one RGB-D image as things that stand."""

@@ -1,0 +1,5 @@
+"""Tolerances of the tests, each with its reason."""
+
+EXACT = 1e-9  # float64 geometry: a handful of roundings on numbers of metre size
+LEARNED = 1e-5  # float32 heads
+FITTED_DEG = 1.5  # RANSAC fits on noisy points under a fixed seed
