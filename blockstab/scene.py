@@ -15,7 +15,7 @@ from blockstab.stability.support import Supports
 
 @dataclass(frozen=True)
 class Pairs:
-    """P pairs of segments whose boxes may meet.
+    """P pairs of segments: every pair of a scene, once.
 
     Args:
         first, second: (P,) int64 segment indices, first < second.

@@ -2,9 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from reprlib import repr as shown
 
+import numpy as np
+import torch
+from numpy.typing import NDArray
 from torch import Tensor
+
+from blockstab.rgbd.reading import (
+    FrameError,
+    ImageFile,
+    color_file,
+    depth_file,
+    label_file,
+    read_meta,
+)
+
+_UNITS_PER_METRE = {"mm": 1000.0, "0.1mm": 10000.0}
+_MEDIAN_DEPTH = (0.1, 20.0)  # metres
 
 
 @dataclass(frozen=True)
@@ -38,3 +56,107 @@ class Frame:
     label: Tensor | None = None
     background_ids: tuple[int, ...] = ()
     up_camera: Tensor | None = None
+
+
+def read_scene(folder: Path) -> Frame:
+    """Read a scene folder.
+
+    It holds `color.png`, `depth.png`, `meta.json` and, optionally, `label.png` (instance ids, one channel of
+    8 or 16 bits, 0 = none). `meta.json` gives `fx`, `fy`, `cx`, `cy` in pixels and `depth_unit`; it may give
+    `up_camera`, three numbers, and `background_ids`, a list of label ids. The images are as `read_images`
+    wants them.
+
+    Raises:
+        FrameError: a file is missing, damaged or not what it should be; the message names it.
+    """
+    meta_path, label_path = folder / "meta.json", folder / "label.png"
+    meta = read_meta(meta_path)
+    camera = Camera(*(meta.number(key) for key in ("fx", "fy", "cx", "cy")))
+    background_ids, up = meta.ids("background_ids"), meta.direction("up_camera")
+    depth = depth_file(folder / "depth.png")
+    color, name = color_file(folder / "color.png"), folder.resolve().name
+    frame = _read(color, depth, camera, meta.values.get("depth_unit"), name, str(meta_path))
+    label = _read_label(label_path, depth) if label_path.exists() else None
+    return replace(frame, label=label, background_ids=background_ids, up_camera=up)
+
+
+def read_images(
+    color: Path, depth: Path, camera: Camera, depth_unit: str = "mm", name: str | None = None
+) -> Frame:
+    """Read a colour and a depth image that need not lie in a scene folder.
+
+    Args:
+        color: PNG or JPEG of 8 bits a channel; greyscale and palettes become RGB, transparency is dropped.
+        depth: PNG of one channel of 16 bits, pixel upon pixel with `color`; 0 where the sensor gave none.
+        camera: intrinsics of both.
+        depth_unit: "mm" or "0.1mm".
+        name: the scene's name; the colour file's, less its ending, where not given.
+
+    Raises:
+        FrameError: a file is missing, damaged, over 64 megapixels or not what it should be; the median depth
+            lies outside 0.1 to 20 m; or no camera with these intrinsics takes an image of this size.
+    """
+    return _read(color_file(color), depth_file(depth), camera, depth_unit, name or color.stem, "camera")
+
+
+def _read(color: ImageFile, depth: ImageFile, camera: Camera, unit: object, name: str, source: str) -> Frame:
+    """Check what the headers and `source`, which gave the camera and the unit, say; then decode."""
+    _check_same_size(color, depth)
+    _check_camera(camera, depth, source)
+    if not isinstance(unit, str) or unit not in _UNITS_PER_METRE:
+        raise FrameError(
+            f"{source}: depth_unit must be mm or 0.1mm, but it is {shown(unit)}; "
+            f"state the unit {depth.path.name} is in, or convert it to millimetres."
+        )
+    metres = np.asarray(depth.decode()).astype(np.float64) / _UNITS_PER_METRE[unit]
+    _check_depth(metres, depth.path, unit)
+    image = color.decode()
+    if "transparency" in image.info:
+        image = image.convert("RGBA")
+    return Frame(name, torch.from_numpy(np.array(image.convert("RGB"))), torch.from_numpy(metres), camera)
+
+
+def _read_label(path: Path, depth: ImageFile) -> Tensor:
+    """(H, W) int64 instance ids."""
+    file = label_file(path)
+    _check_same_size(file, depth)
+    return torch.from_numpy(np.asarray(file.decode()).astype(np.int64))
+
+
+def _check_same_size(file: ImageFile, depth: ImageFile) -> None:
+    if (file.width, file.height) != (depth.width, depth.height):
+        raise FrameError(
+            f"{file.path}: must have the {depth.width} x {depth.height} pixels of {depth.path.name}, but has "
+            f"{file.width} x {file.height}; register the images to one camera."
+        )
+
+
+def _check_camera(camera: Camera, image: ImageFile, source: str) -> None:
+    for key in ("fx", "fy"):
+        value = getattr(camera, key)
+        if not (math.isfinite(value) and value > 0):
+            raise FrameError(
+                f"{source}: {key} must be a positive number of pixels, but it is {value}; correct it."
+            )
+    for key, extent in (("cx", image.width), ("cy", image.height)):
+        value = getattr(camera, key)
+        if not 0 < value < extent:
+            raise FrameError(
+                f"{source}: {key} must lie inside the image, between 0 and {extent}, but it is {value}; "
+                "give the intrinsics for images of this size."
+            )
+
+
+def _check_depth(metres: NDArray[np.float64], path: Path, unit: str) -> None:
+    valid = metres[metres > 0]
+    if not valid.size:
+        raise FrameError(
+            f"{path} holds 0 valid pixels of {metres.size}; depth must be there somewhere: was it in metres "
+            "when it was rounded to integers?"
+        )
+    median = float(np.median(valid))
+    if not _MEDIAN_DEPTH[0] <= median <= _MEDIAN_DEPTH[1]:
+        raise FrameError(
+            f"{path}: the median depth must be between 0.1 and 20 m, but in {unit} it is {median:.4g} m; "
+            "state the unit the file is in, or convert it to millimetres."
+        )

@@ -1,0 +1,65 @@
+"""Table, floor and walls: segments that need no support and have no mass."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from blockstab.boxes.box import Boxes
+
+
+@dataclass(frozen=True)
+class BackgroundRules:
+    """What counts as background.
+
+    A segment is background if at least `plane_share` of its points lie in one plane, and that plane is the
+    ground, or a wall larger than `wall_m`, or covers more than `image_share` of the image.
+
+    Args:
+        plane_m, plane_per_square_m: how far from the plane its points may lie, with r the distance from the
+            camera: `plane_m + plane_per_square_m * r ** 2`.
+        angle_deg: how far from horizontal the ground, from vertical a wall may be.
+        ground_m: how far from the ground plane the ground may lie.
+    """
+
+    plane_share: float = 0.8
+    plane_m: float = 0.008
+    plane_per_square_m: float = 2.9e-3
+    angle_deg: float = 10.0
+    ground_m: float = 0.01
+    wall_m: float = 1.5
+    image_share: float = 0.2
+
+
+def is_background(
+    boxes: Boxes, points: Tensor, count: Tensor, share: Tensor, ground_height: float, rules: BackgroundRules
+) -> tuple[Tensor, Tensor]:
+    """Tell background segments from objects by their boxes and points.
+
+    Args:
+        boxes: N boxes in the world frame; points: (N, P, 3) their points; count: (N,) how many are real.
+        share: (N,) of the image that each covers.
+
+    Returns:
+        (N,) bool, background; (N,) bool, lies in the ground plane (whether or not it is background).
+    """
+    n = torch.arange(len(boxes))
+    present = torch.arange(points.shape[1]) < count[:, None]
+    thin = boxes.half_extent.argmin(dim=1)
+    normal = boxes.rotation[n, :, thin]
+    height = (points @ normal[..., None])[..., 0]
+    middle = height.masked_fill(~present, float("nan")).nanmedian(dim=1).values
+    allowed = rules.plane_m + rules.plane_per_square_m * points.square().sum(dim=-1)
+    near = ((height - middle[:, None]).abs() < allowed) & present
+    planar = near.sum(dim=1) >= rules.plane_share * count
+    slope = normal[:, 1].abs()
+    level = points[..., 1].masked_fill(~present, float("nan")).nanmedian(dim=1).values
+    at_ground = (slope > math.cos(math.radians(rules.angle_deg))) & (
+        (level - ground_height).abs() < rules.ground_m
+    )
+    wall = (slope < math.sin(math.radians(rules.angle_deg))) & (2 * boxes.half_extent.amax(dim=1) > rules.wall_m)
+    lies_in_ground = (level - ground_height).abs() < 2 * rules.ground_m
+    return planar & (at_ground | wall | (share > rules.image_share)), lies_in_ground

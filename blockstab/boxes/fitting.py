@@ -1,0 +1,177 @@
+"""Boxes of minimum surface distance (paper, section 4.1, Algorithm 1), and the re-fit with one axis given (section 6)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from blockstab.boxes.box import Boxes, concatenate
+from blockstab.boxes.extent import enclose, flat_frame, surface_distance
+from blockstab.boxes.planes import first_plane, fixed_plane, perpendicular_plane, refine
+from blockstab.boxes.sampling import uniform
+from blockstab.boxes.visibility import visible_share
+
+_BATCH = 16  # segments fitted at a time: small enough that one batch stays in the cache
+
+
+@dataclass(frozen=True)
+class PlaneTolerance:
+    """How far from a plane a point may lie and still belong to it, by its distance r from the camera.
+
+    The tolerance is `floor_m + per_square_m * r ** 2`: the depth noise of structured-light sensors grows with the
+    square of depth (Khoshelham and Elberink 2012).
+    """
+
+    floor_m: float = 0.003
+    per_square_m: float = 0.0035
+
+    def at(self, points: Tensor) -> Tensor:
+        """Tolerance for points (..., 3) seen from the origin, (...) metres."""
+        return self.floor_m + self.per_square_m * points.square().sum(dim=-1)
+
+
+PAPER_TOLERANCE = PlaneTolerance(floor_m=0.02, per_square_m=0.0)  # "we empirically set this threshold to 2cm"
+
+
+@dataclass(frozen=True)
+class Fits:
+    """N fitted boxes and how well they fit.
+
+    Args:
+        boxes: N boxes in the frame of the points.
+        mean, variance: (N,) of the distance of a point to its nearest face, metres and square metres.
+        visible_share: (N,) share of the points whose nearest face the camera sees (section 4.2).
+    """
+
+    boxes: Boxes
+    mean: Tensor
+    variance: Tensor
+    visible_share: Tensor
+
+    def extended(self, more: Fits) -> Fits:
+        """These fits with others after them."""
+        return Fits(
+            concatenate([self.boxes, more.boxes]),
+            torch.cat([self.mean, more.mean]),
+            torch.cat([self.variance, more.variance]),
+            torch.cat([self.visible_share, more.visible_share]),
+        )
+
+
+def judged(boxes: Boxes, points: Tensor, present: Tensor) -> Fits:
+    """Say how well given boxes fit points (N, P, 3), of which those `present` (N, P) count."""
+    distance = surface_distance(boxes.local(points), boxes.half_extent[:, None])
+    mean = _masked_mean(distance[..., None], present)[:, 0]
+    variance = _masked_mean((distance - mean[:, None]).square()[..., None], present)[:, 0]
+    return Fits(boxes, mean, variance, visible_share(boxes, points, present))
+
+
+@dataclass(frozen=True)
+class MinimumSurface:
+    """Algorithm 1, with its constants.
+
+    Each restart finds a plane by RANSAC, then a plane perpendicular to it among the points left over; the
+    restart whose box has the least summed distance wins. Its three axes are then refined together by least squares.
+
+    Args:
+        restarts: M of Algorithm 1.
+        samples: RANSAC samples per plane ("repeated for 10 times").
+        judged_points: points that choose among the restarts; the chosen box is finished on all of them.
+        max_points: points of a segment that are used at all.
+        outlier_share: share of the points that may stay outside the box ("up to 5% outliers").
+        tolerance: distance to a plane within which a point belongs to it.
+    """
+
+    restarts: int = 15
+    samples: int = 10
+    judged_points: int = 256
+    max_points: int = 2000
+    outlier_share: float = 0.05
+    tolerance: PlaneTolerance = PlaneTolerance()
+
+    def __call__(self, points: Tensor, count: Tensor, seed: Tensor, axis: Tensor | None = None) -> Fits:
+        """Fit one box to each set of points so that the points lie close to its faces.
+
+        Args:
+            points: (N, P, 3) metres from the camera, in random order; rows past `count` are ignored.
+            count: (N,) int64 points of each set, at least 1.
+            seed: (N,) int64; the same seed and points give the same box, whatever else is in the batch.
+            axis: (N, 3) unit vectors; where given, the first plane's normal is this one (the paper's Supp-surf).
+        """
+        _check(points, count)
+        parts = [
+            _fit_batch(
+                points[start : start + _BATCH],
+                count[start : start + _BATCH],
+                seed[start : start + _BATCH],
+                self,
+                None if axis is None else axis[start : start + _BATCH],
+            )
+            for start in range(0, max(points.shape[0], 1), _BATCH)
+        ]
+        fits = parts[0]
+        for part in parts[1:]:
+            fits = fits.extended(part)
+        return fits
+
+
+def _check(points: Tensor, count: Tensor) -> None:
+    if points.ndim != 3 or points.shape[2] != 3 or count.shape != points.shape[:1]:
+        raise ValueError(
+            "Box fitting needs points (N, P, 3) and counts (N,), "
+            f"but got {tuple(points.shape)} and {tuple(count.shape)}."
+        )
+    wrong = (count < 1) | (count > points.shape[1])
+    if bool(wrong.any()):
+        i = int(wrong.nonzero()[0])
+        raise ValueError(
+            f"Every set needs at least 1 and at most {points.shape[1]} points, but set {i} says it has {int(count[i])}."
+        )
+
+
+def _fit_batch(points: Tensor, count: Tensor, seed: Tensor, settings: MinimumSurface, axis: Tensor | None) -> Fits:
+    origin = _masked_mean(points, _present(points, count))
+    tolerance = settings.tolerance.at(points)
+    points = points - origin[:, None]
+    few = min(settings.judged_points, points.shape[1])
+    rotation = _choose(points[:, :few], count.clamp(max=few), tolerance[:, :few], seed, settings, axis)
+    present = _present(points, count)
+    rotation = refine(rotation, points, present, tolerance, axis)
+    center, half = enclose(points, present, rotation[:, None], settings.outlier_share)
+    boxes = Boxes(center[:, 0] + origin, rotation, half[:, 0])
+    return judged(boxes, points + origin[:, None], present)
+
+
+def _choose(
+    points: Tensor, count: Tensor, tolerance: Tensor, seed: Tensor, settings: MinimumSurface, axis: Tensor | None
+) -> Tensor:
+    """The rotation of the best restart, (N, 3, 3): least sum of distances to the box surface."""
+    n, r, s = points.shape[0], settings.restarts, settings.samples
+    present = _present(points, count)
+    draws = uniform(seed, r * s * 5, stream=0 if axis is None else 1).view(n, r, s, 5)
+    if axis is None:
+        plane = first_plane(points, present, count, tolerance, draws[..., :3])
+    else:
+        plane = fixed_plane(points, present, count, tolerance, draws[..., 0], axis)
+    second, flat = perpendicular_plane(points, present, tolerance, plane, draws[..., 3:])
+    rotation = torch.stack([plane.normal, second, torch.linalg.cross(plane.normal, second)], dim=-1)
+    if bool(flat.any()):
+        face = flat_frame(points, present, plane, flat, settings.outlier_share)
+        rotation = torch.where(flat[..., None, None], face[:, None], rotation)
+    center, half = enclose(points, present, rotation, settings.outlier_share)
+    local = points[:, None] @ rotation - (center[:, :, None] @ rotation)
+    distance = surface_distance(local, half[:, :, None])
+    best = (distance * present[:, None]).sum(dim=-1).argmin(dim=1)
+    return rotation[torch.arange(n), best]
+
+
+def _present(points: Tensor, count: Tensor) -> Tensor:
+    return torch.arange(points.shape[1], device=points.device) < count[:, None]
+
+
+def _masked_mean(values: Tensor, present: Tensor) -> Tensor:
+    """Mean over the points that are present: (N, P, D) and (N, P) to (N, D)."""
+    weight = present.to(values.dtype)[..., None]
+    return (values * weight).sum(dim=1) / weight.sum(dim=1)

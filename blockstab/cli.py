@@ -1,0 +1,147 @@
+"""The command line: `blockstab parse`, `blockstab simulate`."""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from blockstab.batch import Job, parse_all
+from blockstab.parser import Parser, Potentials, estimated_ground, given_ground
+from blockstab.proposals import Proposal
+from blockstab.proposals.felzenszwalb import Felzenszwalb
+from blockstab.proposals.files import LabelFile
+from blockstab.proposals.watershed import Watershed
+from blockstab.rgbd.frame import Camera, read_images, read_scene
+from blockstab.search import Search
+from blockstab.search.greedy import Greedy
+from blockstab.search.rsamp import RSamp
+from blockstab.search.stay import Stay
+
+app = typer.Typer(
+    help="Understand RGB-D images as things that stand.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+
+
+class ProposalName(StrEnum):
+    watershed = "watershed"
+    felzenszwalb = "felzenszwalb"
+    labels = "labels"
+
+
+class SearchName(StrEnum):
+    rsamp = "rsamp"
+    greedy = "greedy"
+    none = "none"
+
+
+class UpName(StrEnum):
+    estimate = "estimate"
+    meta = "meta"
+
+
+PROPOSALS: dict[ProposalName, type[Proposal]] = {
+    ProposalName.watershed: Watershed,
+    ProposalName.felzenszwalb: Felzenszwalb,
+    ProposalName.labels: LabelFile,
+}
+SEARCHES: dict[SearchName, type[Search]] = {
+    SearchName.rsamp: RSamp,
+    SearchName.greedy: Greedy,
+    SearchName.none: Stay,
+}
+
+
+@app.command()
+def parse(
+    scenes: Annotated[list[Path] | None, typer.Argument(help="Scene folders.")] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the results; each scene gets one in it.")] = Path("out"),
+    color: Annotated[Path | None, typer.Option(help="A loose colour image, instead of scene folders.")] = None,
+    depth: Annotated[Path | None, typer.Option(help="Its depth: 16-bit PNG, millimetres.")] = None,
+    fx: Annotated[float, typer.Option(help="Focal length, pixels.")] = math.nan,
+    fy: Annotated[float, typer.Option(help="Focal length, pixels.")] = math.nan,
+    cx: Annotated[float, typer.Option(help="Principal point, pixels.")] = math.nan,
+    cy: Annotated[float, typer.Option(help="Principal point, pixels.")] = math.nan,
+    proposals: Annotated[ProposalName, typer.Option(help="First segmentation.")] = ProposalName.watershed,
+    search: Annotated[SearchName, typer.Option(help="How it is improved.")] = SearchName.rsamp,
+    potentials: Annotated[str, typer.Option(help="svm, mlp, or a file of your own.")] = "svm",
+    up: Annotated[UpName, typer.Option(help="Where the up direction comes from.")] = UpName.estimate,
+    jobs: Annotated[int, typer.Option(min=1, help="Images parsed side by side.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
+) -> None:
+    """Parse RGB-D images: segments, boxes, supports, stability, and a report to look at."""
+    work = [folder_job(folder) for folder in scenes or []]
+    if color is not None or depth is not None:
+        work.append(_loose_job(color, depth, Camera(fx, fy, cx, cy)))
+    if not work:
+        raise typer.BadParameter("give scene folders, or --color and --depth with --fx --fy --cx --cy")
+    try:
+        parser = Parser(
+            proposal=PROPOSALS[proposals](),
+            search=SEARCHES[search](),
+            potentials=_potentials(potentials),
+            ground_of=estimated_ground if up is UpName.estimate else given_ground,
+            seed=seed,
+        )
+        settings = f"{proposals} {search} {parser.potentials.sha256} {up} {seed}"
+        outcomes = parse_all(work, parser, settings, out, workers=jobs)
+    except ValueError as error:
+        _stop(str(error))
+    failed = sum(outcome.error is not None for outcome in outcomes)
+    typer.echo(f"{len(outcomes) - failed} of {len(outcomes)} scenes parsed; reports: {out}/*/report.html")
+    if failed:
+        raise typer.Exit(1)
+
+
+@app.command()
+def simulate(
+    out: Annotated[Path, typer.Option(help="Folder for the scenes.")],
+    preset: Annotated[str, typer.Option(help="What kind of scenes.")] = "blocks",
+    count: Annotated[int, typer.Option(min=1, help="How many.")] = 10,
+    seed: Annotated[int, typer.Option(min=0, help="Of the whole set.")] = 0,
+    jobs: Annotated[int, typer.Option(min=1, help="Scenes made side by side.")] = 1,
+) -> None:
+    """Make scenes by physics and ray casting, with exact truth."""
+    from blockstab.datasets.simulated import write_simulated
+
+    try:
+        made = write_simulated(out, preset, count, seed, jobs)
+    except ValueError as error:
+        _stop(str(error))
+    except OSError as error:
+        _stop(f"{error.filename or out}: {error.strerror or error}.")
+    typer.echo(f"{len(made)} scenes in {out}")
+
+
+def main() -> None:
+    """Run the command line."""
+    app()
+
+
+def folder_job(folder: Path) -> Job:
+    files = tuple(folder / name for name in ("color.png", "depth.png", "label.png", "meta.json"))
+    return Job(folder.resolve().name, partial(read_scene, folder), files)
+
+
+def _loose_job(color: Path | None, depth: Path | None, camera: Camera) -> Job:
+    if color is None or depth is None:
+        raise typer.BadParameter("--color and --depth belong together")
+    return Job(color.stem, partial(read_images, color, depth, camera), (color, depth))
+
+
+def _potentials(name: str) -> Potentials:
+    from models.checkpoint import load_potentials
+
+    return load_potentials(name)
+
+
+def _stop(message: str) -> None:
+    typer.secho(" ".join(message.split()), fg="red", err=True)
+    raise typer.Exit(1)

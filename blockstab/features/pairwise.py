@@ -1,0 +1,80 @@
+"""The 12 features of two neighbouring segments from their boxes (paper, Table 1, bottom)."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from blockstab.features.unary import UNSUPPORTED_M, intersections
+from blockstab.scene import Scene
+from blockstab.stability.area import on_ground
+
+PAIRWISE_COLUMNS = (
+    "intersections_larger",
+    "intersections_smaller",
+    "overlap_relative_larger",
+    "overlap_relative_smaller",
+    "stable_larger",
+    "stable_smaller",
+    "support_surface",
+    "support_partial",
+    "support_side",
+    "supporting",
+    "center_distance",
+    "offset_from_support",
+)
+_MIN_VOLUME = 1e-6  # cubic metres
+
+
+def boundaries(scene: Scene) -> tuple[Tensor, Tensor]:
+    """The pairs that the pairwise potential judges: neighbouring objects, the larger segment first, (M,) and (M,).
+
+    Where two segments have equally many pixels, the one that comes first in the scene counts as the larger.
+    """
+    pairs, movable = scene.pairs, ~scene.background
+    judged = pairs.neighbours & movable[pairs.first] & movable[pairs.second]
+    first, second = pairs.first[judged], pairs.second[judged]
+    in_order = scene.pixels[first] >= scene.pixels[second]
+    return torch.where(in_order, first, second), torch.where(in_order, second, first)
+
+
+def pairwise_features(scene: Scene) -> Tensor:
+    """Features of each pair of `boundaries(scene)`, (M, 12) float64, in the order of `PAIRWISE_COLUMNS`."""
+    larger, smaller = boundaries(scene)
+    n = len(scene)
+    gap = torch.zeros(n, n, dtype=torch.float64)
+    gap[scene.pairs.first, scene.pairs.second] = scene.pairs.gap
+    gap = gap + gap.T
+    depth = (-gap[larger, smaller]).clamp(min=0.0)
+    volume = scene.boxes.volume().clamp(min=_MIN_VOLUME)
+    count, _ = intersections(scene)
+    stable = scene.balance.stable.to(torch.float64)
+    kind, offset = _support_between(scene, larger, smaller)
+    columns = [
+        count[larger],
+        count[smaller],
+        depth / volume[larger],
+        depth / volume[smaller],
+        stable[larger],
+        stable[smaller],
+        *(kind == t for t in range(3)),
+        kind >= 0,
+        (scene.boxes.center[larger] - scene.boxes.center[smaller]).norm(dim=-1),
+        offset,
+    ]
+    return torch.stack([column.to(torch.float64) for column in columns], dim=1)
+
+
+def _support_between(scene: Scene, larger: Tensor, smaller: Tensor) -> tuple[Tensor, Tensor]:
+    """The type of support between the two, (M,), -1 for none; and, (M,) metres, how far the centre of mass of the
+    supported one lies from the centre of its support area, horizontally, 0 without support."""
+    n, supports = len(scene), scene.supports
+    boxes_only = supports.supporter >= 0
+    below, above = supports.supporter[boxes_only], supports.supported[boxes_only]
+    kind = torch.full((n, n), -1)
+    kind[below, above] = supports.type[boxes_only]
+    center, area_center = on_ground(scene.balance.mass_center), scene.balance.support_center
+    offset = (center - area_center).norm(dim=-1).nan_to_num(UNSUPPORTED_M).clamp(max=UNSUPPORTED_M)
+    up, down = kind[larger, smaller], kind[smaller, larger]
+    offset_between = torch.where(up >= 0, offset[smaller], torch.where(down >= 0, offset[larger], 0.0))
+    return torch.where(up >= 0, up, down), offset_between

@@ -1,0 +1,232 @@
+"""One image understood, from pixels to what would fall: the whole path."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Protocol
+
+import torch
+from torch import Tensor
+
+from blockstab.energy import Energy, Rating
+from blockstab.features.pairwise import boundaries
+from blockstab.features.unary import unary_features
+from blockstab.interpretation import Interpreter, Rules
+from blockstab.parsed import Parsed
+from blockstab.proposals import Proposal, Proposed
+from blockstab.rgbd.cloud import Cloud, cloud_from_frame
+from blockstab.rgbd.frame import Frame
+from blockstab.rgbd.ground import Ground, estimate_ground, ground_from_up
+from blockstab.search import Problem, Search
+from blockstab.segments.atoms import Atoms, join, make_atoms, over_segment
+from blockstab.segments.boundaries import boundary_strength
+from blockstab.segments.hierarchy import build_hierarchy, split
+from blockstab.segments.segmentation import Segment, Segmentation
+from blockstab.stability.removal import falls_if_removed
+
+
+class Judge(Protocol):
+    """A learned potential that can also say how probable it is that something is wrong."""
+
+    def __call__(self, features: Tensor) -> Tensor: ...
+
+    def badness(self, features: Tensor) -> Tensor: ...
+
+
+class Potentials(Protocol):
+    """The potentials a parse needs, and where they came from."""
+
+    @property
+    def unary(self) -> Judge: ...
+    @property
+    def pairwise(self) -> Judge: ...
+    @property
+    def merge(self) -> Judge: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def sha256(self) -> str: ...
+
+
+@dataclass(frozen=True)
+class View:
+    """An image made ready: its points in the world frame, its finest partition, and where to start.
+
+    Args:
+        frame, cloud, ground: the image, its points (world frame), and the ground.
+        atoms: the finest partition; every proposed region is a set of atoms.
+        start: the proposal as a segmentation.
+        label: (H, W) int64 the proposal's ids on the pixels of `start`.
+        known: (A,) int64, 1 for atoms of known background, 0 for atoms of known objects, -1 for the rest.
+    """
+
+    frame: Frame
+    cloud: Cloud
+    ground: Ground
+    atoms: Atoms
+    start: Segmentation
+    label: Tensor
+    known: Tensor
+
+
+def estimated_ground(frame: Frame, cloud: Cloud) -> Ground:
+    """The ground as the image shows it."""
+    return estimate_ground(cloud)
+
+
+def given_ground(frame: Frame, cloud: Cloud) -> Ground:
+    """The ground for the up direction that the scene's `meta.json` gives.
+
+    Raises:
+        ValueError: if it gives none.
+    """
+    if frame.up_camera is None:
+        raise ValueError(f"{frame.name} has no `up_camera` in its meta.json; let it be estimated.")
+    return ground_from_up(cloud, frame.up_camera)
+
+
+def make_view(frame: Frame, proposal: Proposal, ground_of: Callable[[Frame, Cloud], Ground]) -> View:
+    """Prepare an image for understanding.
+
+    Raises:
+        ValueError: if the proposal leaves no region with depth.
+    """
+    cloud = cloud_from_frame(frame)
+    ground = ground_of(frame, cloud)
+    cloud = cloud.rotated(ground.world_from_camera)
+    proposed = proposal(frame, cloud, ground)
+    strength = boundary_strength(frame, cloud)
+    fine = over_segment(strength, cloud.valid)
+    label = torch.where(fine > 0, proposed.label, 0)
+    partition = _with_depth(join(fine, label), cloud.valid)
+    if not bool(partition.any()):
+        raise ValueError(f"{frame.name}: the proposal leaves no region with depth.")
+    atoms = make_atoms(partition, strength)
+    label = torch.where(atoms.label > 0, label, 0)
+    start = Segmentation.from_labels(atoms, label)
+    return View(frame, cloud, ground, atoms, start, label, _known(atoms, label, proposed))
+
+
+@dataclass(frozen=True)
+class Parser:
+    """Turns an image into segments, boxes, supports and what would fall.
+
+    Args:
+        proposal: gives the first segmentation.
+        search: improves it.
+        potentials: learned judgements of segments and boundaries.
+        rules: how a segmentation is understood.
+        ground_of: finds the ground: `estimated_ground` or `given_ground`.
+        seed: of the search.
+    """
+
+    proposal: Proposal
+    search: Search
+    potentials: Potentials
+    rules: Rules = field(default_factory=Rules)
+    ground_of: Callable[[Frame, Cloud], Ground] = estimated_ground
+    seed: int = 0
+
+    def __call__(self, frame: Frame) -> Parsed:
+        """Understand one image."""
+        seconds: dict[str, float] = {}
+        with _timed(seconds, "segments"):
+            view = make_view(frame, self.proposal, self.ground_of)
+        with _timed(seconds, "search"):
+            problem = self.problem(view)
+            generator = torch.Generator().manual_seed(self.seed)
+            found = self.search(view.start, problem, generator)
+        with _timed(seconds, "removal"):
+            scene = found.best.scene
+            table = falls_if_removed(scene.boxes, ~scene.background, scene.candidates, scene.balance.stable)
+        ids = _ids(scene.segmentation, view)
+        return Parsed(
+            name=frame.name,
+            frame=frame,
+            cloud=view.cloud,
+            label=_painted(scene.segmentation, view.atoms, ids),
+            scene=scene,
+            ids=ids,
+            unary=found.best.unary,
+            pairwise=_by_pair(found.best),
+            badness=self.potentials.unary.badness(unary_features(scene)),
+            falls={i: tuple(row.nonzero()[:, 0].tolist()) for i, row in enumerate(table)},
+            energy=found.best.energy,
+            trace=found.trace,
+            seconds=seconds,
+            potentials_name=self.potentials.name,
+            potentials_sha256=self.potentials.sha256,
+            seed=self.seed,
+        )
+
+    def problem(self, view: View) -> Problem:
+        """What a search on this image may ask."""
+        interpret = Interpreter(view.cloud, view.ground, view.atoms, self.rules, view.known)
+        hierarchy = build_hierarchy(view.atoms)
+
+        @lru_cache(maxsize=None)
+        def split_once(segment: Segment) -> tuple[Segment, Segment] | None:
+            return split(segment, view.atoms, hierarchy)
+
+        energy = Energy(self.potentials.unary, self.potentials.pairwise)
+        return Problem(interpret, energy, self.potentials.merge, split_once)
+
+
+def _with_depth(partition: Tensor, valid: Tensor) -> Tensor:
+    """The partition without the parts that hold no measured pixel, numbered from 1 without gaps."""
+    measured = torch.bincount(partition[valid], minlength=int(partition.max()) + 1) > 0
+    measured[0] = False
+    number = measured.cumsum(dim=0) * measured
+    return number[partition]
+
+
+def _known(atoms: Atoms, label: Tensor, proposed: Proposed) -> Tensor:
+    known = torch.full((len(atoms),), -1, dtype=torch.long)
+    for identity, background in proposed.known.items():
+        known[atoms.label[label == identity] - 1] = int(background)
+    return known
+
+
+def _ids(segmentation: Segmentation, view: View) -> tuple[int, ...]:
+    """A segment that is just a proposed region keeps its id; the others are numbered after the largest."""
+    kept = dict(zip(view.start.segments, _region_ids(view), strict=True))
+    free = max(kept.values()) + 1
+    ids = []
+    for segment in segmentation.segments:
+        ids.append(kept.get(segment, free))
+        free += segment not in kept
+    return tuple(ids)
+
+
+def _region_ids(view: View) -> list[int]:
+    """The proposal's id of each segment of the start."""
+    of_atom = torch.zeros(len(view.atoms), dtype=torch.long)
+    inside = view.atoms.label > 0
+    of_atom[view.atoms.label[inside] - 1] = view.label[inside]
+    return [int(of_atom[min(segment)]) for segment in view.start.segments]
+
+
+def _painted(segmentation: Segmentation, atoms: Atoms, ids: tuple[int, ...]) -> Tensor:
+    """(H, W) the label image with these ids."""
+    return torch.tensor([0, *ids])[segmentation.labels(atoms)]
+
+
+def _by_pair(rating: Rating) -> Tensor:
+    """(M,) the potential of every bordering pair of the scene; NaN where background takes part."""
+    scene = rating.scene
+    table = torch.full((len(scene), len(scene)), float("nan"), dtype=torch.float64)
+    larger, smaller = boundaries(scene)
+    table[larger, smaller] = table[smaller, larger] = rating.pairwise
+    bordering = scene.pairs.neighbours
+    return table[scene.pairs.first[bordering], scene.pairs.second[bordering]]
+
+
+@contextmanager
+def _timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
+    begin = time.perf_counter()
+    yield
+    seconds[stage] = time.perf_counter() - begin

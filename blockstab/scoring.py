@@ -1,0 +1,123 @@
+"""Score the files of a parse against a scene's truth."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from PIL import Image
+from torch import Tensor
+
+from blockstab.datasets.folder import read_truth
+from blockstab.datasets.truth import ObjectTruth, Truth
+from blockstab.metrics import axis_error_deg, overlap_score
+from blockstab.rgbd.frame import Frame, read_scene
+
+MIN_VISIBLE_PX = 100  # objects seen less are not scored
+BACKGROUND = 0  # every background id, and the ground plane, where supporters are compared
+
+
+class Score(NamedTuple):
+    """A sum over what was scored in one image, and how many things that were."""
+
+    total: float
+    count: int
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a parse wrote: `record` is its scene.json, `label` (H, W) its labels.png."""
+
+    record: dict[str, Any]
+    label: Tensor
+
+    @staticmethod
+    def read(folder: Path) -> Prediction:
+        """Read the files of one parsed scene."""
+        record = json.loads((folder / "scene.json").read_text())
+        label = np.asarray(Image.open(folder / "labels.png")).astype(np.int64)
+        return Prediction(record, torch.from_numpy(label))
+
+
+def axis_error(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
+    """Degrees between the axes of the boxes and the true ones, over the boxes whose pose is known."""
+    found = {s["id"]: s["box"]["rotation"] for s in prediction.record["segments"]}
+    known = [
+        o for o in _seen(frame, truth) if o.pose_camera is not None and o.kind == "box" and o.id in found
+    ]
+    if not known:
+        return Score(0.0, 0)
+    rotation = torch.tensor([found[o.id] for o in known], dtype=torch.float64)
+    true = torch.stack([o.pose_camera[:3, :3] for o in known if o.pose_camera is not None])
+    return Score(float(axis_error_deg(rotation, true).sum()), len(known))
+
+
+def support(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
+    """Objects whose supporters from below are exactly the true ones.
+
+    True supporters are those that carry weight from below, so side supports are left out of the prediction.
+    """
+    if not truth.support_annotated:
+        return Score(0.0, 0)
+    background = {*truth.background_ids, BACKGROUND}
+    background |= {s["id"] for s in prediction.record["segments"] if s["background"]}
+    found: dict[int, set[int]] = {}
+    for edge in prediction.record["supports"]:
+        if edge["type"] != "side":
+            found.setdefault(edge["supported"], set()).add(_merged(edge["supporter"], background))
+    scored = [o for o in _seen(frame, truth) if o.supported_by is not None]
+    right = sum(
+        found.get(o.id, set()) == {_merged(i, background) for i in o.supported_by or ()} for o in scored
+    )
+    return Score(float(right), len(scored))
+
+
+def stable(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
+    """Objects judged stable; in a photograph everything is."""
+    verdicts = {s["id"]: s["stable"] for s in prediction.record["segments"]}
+    scored = [o.id for o in _seen(frame, truth) if o.id in verdicts]
+    return Score(float(sum(verdicts[i] for i in scored)), len(scored))
+
+
+def overlap(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
+    """The pixel-wise segmentation score of the image, over its objects."""
+    assert frame.label is not None
+    objects = tuple(o.id for o in _seen(frame, truth))
+    if not objects:
+        return Score(0.0, 0)
+    return Score(overlap_score(frame.label, prediction.label, objects), 1)
+
+
+SCORES: dict[str, Callable[[Prediction, Frame, Truth], Score]] = {
+    "axis_error_deg": axis_error,
+    "support_accuracy": support,
+    "stable_share": stable,
+    "overlap": overlap,
+}
+
+
+def score_scene(folder: Path, predicted: Path, names: tuple[str, ...]) -> dict[str, Score]:
+    """Scores of one parsed scene.
+
+    Raises:
+        ValueError: if the scene has no labels to score against.
+    """
+    frame, truth = read_scene(folder), read_truth(folder)
+    if frame.label is None:
+        raise ValueError(f"{folder} has no label.png; there is nothing to score against.")
+    prediction = Prediction.read(predicted)
+    return {name: SCORES[name](prediction, frame, truth) for name in names}
+
+
+def _seen(frame: Frame, truth: Truth) -> list[ObjectTruth]:
+    assert frame.label is not None
+    return [o for o in truth.objects if int((frame.label == o.id).sum()) >= MIN_VISIBLE_PX]
+
+
+def _merged(identity: int, background: set[int]) -> int:
+    return BACKGROUND if identity in background else identity

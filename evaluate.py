@@ -1,0 +1,117 @@
+"""Compare methods: predict scenes to disk, then score the files. `python evaluate.py experiment=blocks`."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import hydra
+import torch
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+from rich.console import Console
+from rich.table import Table
+
+import blockstab
+from blockstab.batch import Job, parse_all
+from blockstab.cli import folder_job
+from blockstab.export import write_whole
+from blockstab.scoring import Score, score_scene
+from models.checkpoint import Potentials, load_potentials
+
+RESAMPLES = 1000
+
+
+@hydra.main(config_path="configs", config_name="evaluate", version_base="1.3")
+def main(cfg: DictConfig) -> None:
+    """Run every method of an experiment on every scene of a data set."""
+    begin = time.perf_counter()
+    data = instantiate(cfg.data)
+    folders, potentials, out = data.folders(), load_potentials(cfg.potentials), Path(cfg.out)
+    jobs = [folder_job(folder) for folder in folders]
+    rows = [
+        row_of(name, method, cfg, jobs, folders, potentials, out)
+        for name, method in cfg.experiment.methods.items()
+    ]
+    results = {
+        "experiment": cfg.experiment.name,
+        "data": {"name": data.name, "images": len(folders)},
+        "rows": rows,
+        "seed": cfg.seed,
+        "seconds": round(time.perf_counter() - begin, 2),
+        "versions": {"blockstab": blockstab.__version__, "torch": torch.__version__},
+    }
+    write_whole(out / "results.json", (json.dumps(results, indent=1) + "\n").encode())
+    show(results)
+    print(f"results in {out / 'results.json'}")
+
+
+def row_of(
+    name: str,
+    method: DictConfig,
+    cfg: DictConfig,
+    jobs: list[Job],
+    folders: list[Path],
+    potentials: Potentials,
+    out: Path,
+) -> dict[str, Any]:
+    """Predict with one method, then score its files."""
+    parser = instantiate(method.parser)(potentials=potentials, seed=cfg.seed)
+    settings = OmegaConf.to_yaml(method.parser) + f"{potentials.sha256} {cfg.seed}"
+    where = out / "predictions" / name
+    failed = [o.error for o in parse_all(jobs, parser, settings, where, cfg.jobs, report=False) if o.error]
+    if failed:
+        raise SystemExit(f"{name}: {len(failed)} of {len(jobs)} scenes failed; a score without them would mislead.")
+    each = {f.name: score_scene(f, where / f.name, tuple(method.scores)) for f in folders}
+    scores, intervals = {}, {}
+    for score in method.scores:
+        parts = [s[score] for s in each.values() if s[score].count]
+        scores[score] = pooled(parts)
+        intervals[score] = interval(parts, cfg.seed)
+    per_image = {
+        scene: {k: s.total / s.count for k, s in found.items() if s.count} for scene, found in each.items()
+    }
+    return {
+        "method": name,
+        "potential": potentials.name,
+        "scores": scores,
+        "ci95": intervals,
+        "per_image": per_image,
+    }
+
+
+def pooled(parts: list[Score]) -> float | None:
+    """The mean over all things scored."""
+    return sum(p.total for p in parts) / sum(p.count for p in parts) if parts else None
+
+
+def interval(parts: list[Score], seed: int) -> list[float] | None:
+    """The 95 % bootstrap interval of the pooled mean, over images."""
+    if not parts:
+        return None
+    total = torch.tensor([p.total for p in parts], dtype=torch.float64)
+    count = torch.tensor([p.count for p in parts], dtype=torch.float64)
+    generator = torch.Generator().manual_seed(seed)
+    draws = torch.randint(0, len(parts), (RESAMPLES, len(parts)), generator=generator)
+    means = total[draws].sum(dim=1) / count[draws].sum(dim=1)
+    return [float(means.quantile(q)) for q in (0.025, 0.975)]
+
+
+def show(results: dict[str, Any]) -> None:
+    """Print one line a method."""
+    names = list(dict.fromkeys(score for row in results["rows"] for score in row["scores"]))
+    table = Table("method", *names, title=f"{results['experiment']}: {results['data']['images']} scenes")
+    for row in results["rows"]:
+        table.add_row(row["method"], *(_cell(row, name) for name in names))
+    Console(width=110).print(table)
+
+
+def _cell(row: dict[str, Any], name: str) -> str:
+    value, interval_ = row["scores"].get(name), row["ci95"].get(name)
+    return "" if value is None else f"{value:.3f}  [{interval_[0]:.3f}, {interval_[1]:.3f}]"
+
+
+if __name__ == "__main__":
+    main()

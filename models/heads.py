@@ -1,0 +1,123 @@
+"""From features to potentials: a head, standardisation before it, calibration after (paper, section 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import torch
+from torch import Tensor, nn
+
+CLIP = 5.0  # standard deviations; "relative" features, divided by a volume, have long tails
+
+
+class Head(nn.Module):
+    """What a plug-in head must be: features (N, F) to potentials (N,), lower is better.
+
+    Args:
+        arguments: those of its own constructor beside `features`, by name; a checkpoint stores them.
+    """
+
+    def __init__(self, arguments: dict[str, int]) -> None:
+        super().__init__()
+        self.arguments = arguments
+
+
+class LinearHead(Head):
+    """w^T x + b (Eq. 3 and Eq. 4): features (N, F) to potentials (N,)."""
+
+    def __init__(self, features: int) -> None:
+        super().__init__({})
+        self.linear = nn.Linear(features, 1)
+
+    def forward(self, features: Tensor) -> Tensor:
+        potentials: Tensor = self.linear(features).squeeze(-1)
+        return potentials
+
+
+class MLPHead(Head):
+    """A small network in place of Eq. 3 and Eq. 4: features (N, F) to potentials (N,)."""
+
+    def __init__(self, features: int, hidden: int = 32) -> None:
+        super().__init__({"hidden": hidden})
+        self.layers = nn.Sequential(nn.Linear(features, hidden), nn.ReLU(), nn.Linear(hidden, 1))
+
+    def forward(self, features: Tensor) -> Tensor:
+        potentials: Tensor = self.layers(features).squeeze(-1)
+        return potentials
+
+
+HeadFactory = Callable[[int], Head]  # from the number of features: a class above, or a partial of one
+
+# The names a checkpoint may hold. A head of your own becomes loadable by adding it here.
+HEADS: dict[str, type[Head]] = {"linear": LinearHead, "mlp": MLPHead}
+
+
+def initialised(head: HeadFactory, features: int, seed: int) -> Head:
+    """A new head whose parameters follow from `seed` alone; the global generator is left as it was."""
+    with torch.random.fork_rng(devices=[]):
+        torch.default_generator.manual_seed(seed)
+        return head(features)
+
+
+class Potential(nn.Module):
+    """Raw features to potentials: standardise, clip, apply the head; all in float64.
+
+    Args:
+        columns: the names of the F features, in order.
+        head: takes (N, F) standardised features to (N,) potentials; its parameters become float64.
+        mean, scale: (F,) what standardisation subtracts and divides by, from the training data.
+        a, b: Platt's two numbers, `badness = sigmoid(a * potential + b)`.
+
+    Convention:
+        Lower is better. Heads regress badness: 0 for a good segment or boundary, 1 for a bad one.
+    """
+
+    mean: Tensor
+    scale: Tensor
+    a: Tensor
+    b: Tensor
+
+    def __init__(
+        self, columns: Sequence[str], head: Head, mean: Tensor, scale: Tensor, a: float = 1.0, b: float = 0.0
+    ) -> None:
+        super().__init__()
+        self.columns = tuple(columns)
+        for name, values in (("mean", mean), ("scale", scale)):
+            if values.shape != (len(self.columns),):
+                raise ValueError(
+                    f"A potential over {len(self.columns)} columns needs a {name} of that many numbers, "
+                    f"but got shape {tuple(values.shape)}."
+                )
+        self.head = head.double()
+        self.register_buffer("mean", mean.double())
+        self.register_buffer("scale", scale.double())
+        self.register_buffer("a", torch.tensor(a, dtype=torch.float64))
+        self.register_buffer("b", torch.tensor(b, dtype=torch.float64))
+
+    def forward(self, features: Tensor) -> Tensor:
+        """Potentials of N rows of raw features.
+
+        Args:
+            features: (N, F) float32 or float64, columns as in `columns`; N may be 0.
+
+        Returns:
+            (N,) float64, lower is better.
+
+        Raises:
+            ValueError: if `features` has not F columns.
+        """
+        if features.ndim != 2 or features.shape[1] != len(self.columns):
+            raise ValueError(
+                f"This potential takes features of shape (N, {len(self.columns)}), but got "
+                f"{tuple(features.shape)}; give one column for each name in `columns`."
+            )
+        potentials: Tensor = self.head(self.standardised(features))
+        return potentials
+
+    def standardised(self, features: Tensor) -> Tensor:
+        """What the head sees, (N, F) float64: standard deviations from the mean, clipped to +-`CLIP`."""
+        return ((features.double() - self.mean) / self.scale).clamp(-CLIP, CLIP)
+
+    def badness(self, features: Tensor) -> Tensor:
+        """The probability, (N,) in [0, 1], that a segment or boundary is bad (Platt 1999)."""
+        return torch.sigmoid(self.a * self(features) + self.b)

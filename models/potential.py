@@ -1,0 +1,131 @@
+"""From labelled rows to a calibrated potential, and the choice of its C (paper, section 7.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple
+
+import torch
+from rich.console import Console
+from rich.progress import track
+from sklearn.model_selection import GroupKFold
+from torch import Tensor
+
+from models.calibration import platt
+from models.heads import HeadFactory, Potential
+from models.losses import balanced_weights, squared_epsilon_insensitive
+from models.training import train_potential
+
+GRID = (1e-3, 1e-2, 1e-1, 1.0, 10.0)  # values of C to choose from
+FOLDS = 5
+EPOCHS = 10  # of 20 iterations: a linear head is at its optimum by then, a network near one
+
+
+def fit_potential(
+    features: Tensor,
+    target: Tensor,
+    groups: Tensor,
+    columns: Sequence[str],
+    head: HeadFactory,
+    *,
+    c: float,
+    epochs: int = EPOCHS,
+    folds: int = FOLDS,
+    seed: int = 0,
+) -> Potential:
+    """Train a potential on all rows, and calibrate it on potentials from fits that had not seen the row.
+
+    Args:
+        features: (N, F) raw, finite.
+        target: (N,) badness, 0 or 1; both must occur. The classes are weighted to count the same.
+        groups: (N,) int64, the image a row comes from; a fold never divides an image.
+        columns: names of the F features.
+        head: `LinearHead`, `MLPHead`, a partial of one, or a class of your own.
+        c: inverse strength of the penalty, see `svr_objective`; `choose_c` finds it.
+        epochs: at most; training ends when the objective no longer falls.
+        folds: how many parts calibration makes of the images.
+        seed: decides the head's first parameters, and with them everything.
+
+    Returns:
+        A potential whose parameters ask for no gradient.
+
+    Raises:
+        ValueError: naming what is wrong with the rows.
+    """
+    weight = _checked_weights(features, target, groups, columns, folds)
+    fit = partial(train_potential, columns=columns, head=head, c=c, epochs=epochs, seed=seed)
+    a, b = platt(_unseen(fit, features, target, weight, groups, folds), target)
+    potential = fit(features, target, weight)
+    potential.a.fill_(a)
+    potential.b.fill_(b)
+    return potential.requires_grad_(False)
+
+
+class ChosenC(NamedTuple):
+    c: float
+    held_out_loss: dict[float, float]  # of every C tried: class-balanced, on rows its fits had not seen
+
+
+def choose_c(
+    features: Tensor,
+    target: Tensor,
+    groups: Tensor,
+    columns: Sequence[str],
+    head: HeadFactory,
+    *,
+    grid: Sequence[float] = GRID,
+    epochs: int = EPOCHS,
+    folds: int = FOLDS,
+    seed: int = 0,
+) -> ChosenC:
+    """The C with the least loss on held-out images, the smaller of equals; the rest as in `fit_potential`."""
+    weight = _checked_weights(features, target, groups, columns, folds)
+    losses = {}
+    for c in sorted(grid):
+        fit = partial(train_potential, columns=columns, head=head, c=c, epochs=epochs, seed=seed)
+        unseen = _unseen(fit, features, target, weight, groups, folds)
+        losses[c] = float(squared_epsilon_insensitive(unseen, target, weight))
+    return ChosenC(min(losses, key=losses.__getitem__), losses)
+
+
+def _unseen(
+    fit: Callable[[Tensor, Tensor, Tensor], Potential],
+    features: Tensor,
+    target: Tensor,
+    weight: Tensor,
+    groups: Tensor,
+    folds: int,
+) -> Tensor:
+    """Potentials of all rows, (N,), each from a fit to the images of the other folds."""
+    potentials = torch.empty(len(target), dtype=torch.float64)
+    console = Console(stderr=True)
+    splits = GroupKFold(folds).split(features, groups=groups)
+    bar = track(
+        splits, "cross-validation", folds, transient=True, console=console, disable=not console.is_terminal
+    )
+    for train, test in bar:
+        potential = fit(features[train], target[train], weight[train])
+        potentials[test] = potential(features[test]).detach()
+    return potentials
+
+
+def _checked_weights(
+    features: Tensor, target: Tensor, groups: Tensor, columns: Sequence[str], folds: int
+) -> Tensor:
+    """The class-balancing weights, (N,), of rows that can train a potential; ValueError if they cannot."""
+    rows = len(target)
+    if features.shape != (rows, len(columns)) or target.shape != (rows,) or groups.shape != (rows,):
+        raise ValueError(
+            f"Training needs features (N, {len(columns)}), target (N,) and groups (N,), but got "
+            f"{tuple(features.shape)}, {tuple(target.shape)} and {tuple(groups.shape)}."
+        )
+    if not bool(features.isfinite().all()):
+        row, column = (~features.isfinite()).nonzero()[0].tolist()
+        raise ValueError(
+            f"Features must be finite, but {columns[column]} of row {row} is {features[row, column]}."
+        )
+    images = len(set(groups.tolist()))
+    if not 2 <= folds <= images:
+        raise ValueError(f"The rows of {images} images can form 2 to {images} folds, but folds is {folds}.")
+    return balanced_weights(target)

@@ -1,0 +1,100 @@
+"""Train potentials: examples, then heads. `python train.py potential=mlp data=simulated output=out/mine`."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from datetime import date
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import hydra
+import torch
+from hydra.utils import instantiate
+from joblib import Parallel, delayed
+from omegaconf import DictConfig, OmegaConf
+from rich.console import Console
+from rich.progress import track
+from safetensors.torch import load_file, save
+
+import blockstab
+from blockstab.export import write_whole
+from blockstab.rgbd.frame import read_scene
+from models.checkpoint import save_potentials
+from models.examples import COLUMNS, ExampleMaker, Examples, Rows, joined
+from models.potential import choose_c, fit_potential
+
+
+@hydra.main(config_path="configs", config_name="train", version_base="1.3")
+def main(cfg: DictConfig) -> None:
+    """Train the unary, pairwise and merge potentials of one head."""
+    folders = instantiate(cfg.data).folders()
+    maker = ExampleMaker(instantiate(cfg.proposals), variants=cfg.variants)
+    key = OmegaConf.to_yaml(cfg.proposals) + f"{cfg.variants} {cfg.seed}"
+    examples = gathered(folders, maker, key, cfg.seed, Path(cfg.cache), cfg.jobs)
+    head = instantiate(cfg.potential)
+    potentials, facts = {}, {}
+    for name in Examples._fields:
+        rows = [getattr(e, name) for e in examples]
+        group = torch.cat([torch.full((len(r.target),), i) for i, r in enumerate(rows)])
+        features, target = torch.cat([r.features for r in rows]), torch.cat([r.target for r in rows])
+        chosen = choose_c(features, target, group, COLUMNS[name], head, seed=cfg.seed)
+        potentials[name] = fit_potential(
+            features, target, group, COLUMNS[name], head, c=chosen.c, seed=cfg.seed
+        )
+        facts[name] = {
+            "rows": len(target),
+            "bad_share": round(float(target.mean()), 4),
+            "c": chosen.c,
+            "held_out_loss": round(chosen.held_out_loss[chosen.c], 5),
+        }
+        print(name, facts[name])
+    save_potentials(Path(cfg.output), potentials, provenance(cfg, len(folders), facts))
+    print(f"potentials in {cfg.output}.safetensors and {cfg.output}.json")
+
+
+def gathered(
+    folders: list[Path], maker: ExampleMaker, key: str, seed: int, cache: Path, jobs: int
+) -> list[Examples]:
+    """The examples of each scene, made once and kept in `cache`; a killed run goes on where it was."""
+    cache.mkdir(parents=True, exist_ok=True)
+    make = partial(examples_of, maker=maker, key=key, seed=seed, cache=cache)
+    results = Parallel(n_jobs=jobs, return_as="generator")(delayed(make)(folder) for folder in folders)
+    return list(track(results, "examples", len(folders), console=Console(stderr=True)))
+
+
+def examples_of(folder: Path, maker: ExampleMaker, key: str, seed: int, cache: Path) -> Examples:
+    """The examples of one scene, from the cache where it holds them."""
+    torch.set_num_threads(1)
+    digest = hashlib.sha256(f"{blockstab.__version__} {key}".encode())
+    for name in ("color.png", "depth.png", "label.png", "meta.json"):
+        digest.update((folder / name).read_bytes())
+    file = cache / f"{digest.hexdigest()[:32]}.safetensors"
+    if file.is_file():
+        kept = load_file(file)
+        return Examples(*(Rows(kept[f"{n}.features"], kept[f"{n}.target"]) for n in Examples._fields))
+    drawn = int.from_bytes(digest.digest()[:6], "big") ^ seed
+    examples = maker(read_scene(folder), torch.Generator().manual_seed(drawn))
+    tensors = {
+        f"{name}.{part}": tensor.contiguous()
+        for name, rows in examples._asdict().items()
+        for part, tensor in rows._asdict().items()
+    }
+    write_whole(file, save(tensors))
+    return joined([examples])
+
+
+def provenance(cfg: DictConfig, images: int, facts: dict[str, Any]) -> dict[str, Any]:
+    """What the potentials were made of."""
+    return {
+        "date": date.today().isoformat(),
+        "versions": {"blockstab": blockstab.__version__, "torch": torch.__version__},
+        "images": images,
+        "config": json.loads(json.dumps(OmegaConf.to_container(cfg, resolve=False))),
+        "potentials": facts,
+    }
+
+
+if __name__ == "__main__":
+    main()
