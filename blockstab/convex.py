@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import pad
 
-_SLACK = 1e-13  # of the largest coordinate: more than rounding moves a point, so anything closer is contact
+_SLACK = 1e-13  # of the largest coordinate: rounding moves no point as far, so anything nearer is contact
 
 
 @dataclass(frozen=True)
@@ -44,10 +44,12 @@ def concatenate(parts: Sequence[Polygons]) -> Polygons:
 
 
 def hull(points: Tensor, present: Tensor | None = None) -> Polygons:
-    """Convex hulls of B sets of points: a lower and an upper chain each (Andrew 1979), all sets in step.
+    """Convex hulls of B sets of points, all in step; differentiable.
 
-    Vertices are points of the input to the bit, and differentiable. Repeated points and points on the line
-    between two others are no vertices; whatever is nearer than 1e-13 of the largest coordinate counts as on it.
+    As in the monotone chain of Andrew (1979), points are walked from left to right and back, and those that
+    make no left turn are dropped; a round drops all of them at once. Vertices are points of the input to the
+    bit, without repeats and without points between two others on a line. Whatever is nearer than 1e-13 of
+    the set's largest coordinate counts as equal.
 
     Args:
         points: (B, n, 2) metres.
@@ -69,51 +71,49 @@ def hull(points: Tensor, present: Tensor | None = None) -> Polygons:
         return Polygons(points.new_zeros(len(points), 1, 2), present.sum(dim=1))
     # A point that is absent stands in for one that is there: repeating a point changes no hull.
     stand_in = present.long().argmax(dim=1, keepdim=True)
-    source = torch.where(present, torch.arange(points.shape[1], device=points.device), stand_in)
-    corner, count = _corners(_pick(points.detach(), source))
-    count = count * present.any(dim=1)
-    vertices = _pick(points, source.gather(1, corner))
-    return Polygons(torch.where(count[:, None, None] > 0, vertices, 0.0), count)
+    source = torch.where(present, torch.arange(points.shape[1], device=points.device), stand_in).T
+    corner, count = _corners(_pick(_planar(points.detach()), source))
+    return _polygons(_pick(_planar(points), source.gather(0, corner)), count * present.any(dim=1))
 
 
 def clip(subject: Polygons, clipper: Polygons) -> Polygons:
-    """Intersections of B pairs of convex polygons (Sutherland and Hodgman 1974), differentiable.
+    """Intersections of B pairs of convex polygons (Sutherland and Hodgman 1974); differentiable.
 
     Convention:
         Polygons contain their border: two that touch along an edge share that segment (count 2, area 0),
-        two that touch at a corner share that point (count 1). Anything nearer than 1e-13 of the largest
-        coordinate touches. Points and segments are clipped and clip like any other polygon.
+        two that touch at a corner share that point (count 1). Whatever is nearer than 1e-13 of the largest
+        coordinate touches. Points and segments are clipped, and clip, like any other polygon.
 
     Raises:
         ValueError: the batches differ in length.
     """
     if len(subject) != len(clipper):
         raise ValueError(
-            f"Polygons are clipped in pairs, but there are {len(subject)} subjects and {len(clipper)} clippers."
+            f"Every subject needs a clipper, but {len(subject)} subjects came with {len(clipper)} clippers."
         )
     reach = torch.cat([subject.vertices, clipper.vertices], dim=1).detach().abs().amax(dim=(1, 2))
-    normal, anchor = _half_planes(clipper)
-    count = subject.count * (clipper.count > 0)
-    vertices = subject.vertices
-    for side in range(normal.shape[1]):
-        vertices, count = _cut(vertices, count, normal[:, side], anchor[:, side], _SLACK * reach[:, None])
-    return Polygons(torch.where(count[:, None, None] > 0, vertices, 0.0), count)
+    corners, count = _planar(subject.vertices), subject.count * (clipper.count > 0)
+    anchors, normals = _half_planes(clipper)
+    for anchor, normal in zip(anchors.unbind(1), normals.unbind(1), strict=True):
+        corners, count = _cut(corners, count, anchor, normal, _SLACK * reach)
+    return _polygons(corners, count)
 
 
 def area(polygons: Polygons) -> Tensor:
     """Areas, (B,) square metres; differentiable."""
-    return 0.5 * _fan(polygons.vertices).sum(dim=1)
+    arms = _arms(polygons)
+    return 0.5 * _cross(arms[:, :-1], arms[:, 1:]).sum(dim=0)
 
 
 def centroid(polygons: Polygons) -> Tensor:
-    """Centres of area, (B, 2) metres: the middle of a segment, the point itself, NaN where empty."""
-    vertices, count = polygons.vertices, polygons.count[:, None]
-    weight = _fan(vertices)
-    total = torch.where(count > 2, weight.sum(dim=1, keepdim=True), 1.0)
-    arms = vertices - vertices[:, :1]
-    middle = arms[:, 0] + ((arms[:, :-1] + arms[:, 1:]) * weight[..., None]).sum(dim=1) / (3.0 * total)
-    center = vertices[:, 0] + torch.where(count > 2, middle, 0.5 * arms[:, -1])
-    return torch.where(count > 0, center, torch.nan)
+    """Centres of area, (B, 2) metres: of a segment its middle, of a point itself, NaN where empty."""
+    arms = _arms(polygons)
+    weight = _cross(arms[:, :-1], arms[:, 1:])
+    solid = polygons.count > 2
+    total = torch.where(solid, weight.sum(dim=0), 1.0)
+    middle = ((arms[:, :-1] + arms[:, 1:]) * weight).sum(dim=1) / (3.0 * total)
+    center = polygons.vertices[:, 0] + torch.where(solid, middle, 0.5 * arms[:, -1]).T
+    return torch.where(polygons.count[:, None] > 0, center, torch.nan)
 
 
 def signed_distance(polygons: Polygons, points: Tensor) -> Tensor:
@@ -123,122 +123,133 @@ def signed_distance(polygons: Polygons, points: Tensor) -> Tensor:
         Positive inside, negative outside, zero on the border. Points and segments have no inside:
         minus the distance to them. NaN where the polygon is empty.
     """
-    start = polygons.vertices
+    start = _planar(polygons.vertices)
     edge = start.roll(-1, dims=1) - start
-    arm = points[:, None] - start
-    squared = edge.square().sum(dim=2)
+    arm = points.T[:, None] - start
+    squared = edge.square().sum(dim=0)
     proper = squared > 0
     squared = torch.where(proper, squared, 1.0)
-    depth = torch.where(proper, _cross(edge, arm) / squared.sqrt(), torch.inf).amin(dim=1)
-    share = ((arm * edge).sum(dim=2) / squared).clamp(0.0, 1.0)
-    distance = (arm - share[..., None] * edge).square().sum(dim=2).amin(dim=1)
-    # The root of zero has no finite slope; zero itself is the border.
+    depth = torch.where(proper, _cross(edge, arm) / squared.sqrt(), torch.inf).amin(dim=0)
+    share = ((arm * edge).sum(dim=0) / squared).clamp(0.0, 1.0)
+    distance = (arm - share * edge).square().sum(dim=0).amin(dim=0)
+    # The root has no finite slope at zero, which is the border itself.
     distance = torch.where(distance > 0, torch.where(distance > 0, distance, 1.0).sqrt(), 0.0)
     inside = (polygons.count > 2) & (depth >= 0)
     return torch.where(polygons.count > 0, torch.where(inside, depth, -distance), torch.nan)
 
 
 def _corners(points: Tensor) -> tuple[Tensor, Tensor]:
-    """Indices of the hull's corners among (B, n, 2) points, counter-clockwise, the last repeated; their number."""
-    slack = _SLACK * points.abs().amax(dim=(1, 2))[:, None]
-    x, order = points[..., 0].sort(dim=1)
-    y = points[..., 1].gather(1, order)
-    # Points one above the other to within rounding form a column: only its lowest and its highest matter.
-    column = pad((x.diff(dim=1) > slack).cumsum(dim=1), (1, 0))
-    chain, size = _lower_chains(x.repeat(2, 1), torch.cat([y, -y]), column.repeat(2, 1), slack.repeat(2, 1))
-    (lower, upper), (lower_size, upper_size) = chain.chunk(2), size.chunk(2)
-    # The leftmost and the rightmost corner are on both chains, except where the hull has an upright edge.
-    height = y.gather(1, upper[:, [0, -1]]) - y.gather(1, lower[:, [0, -1]])
-    left, right = (height <= slack).split(1, dim=1)
-    place = torch.arange(chain.shape[1], device=x.device)
-    above = (place < upper_size) & ~(left & (place == 0)) & ~(right & (place == upper_size - 1))
-    corner, count = _packed(torch.cat([place < lower_size, above.flip(1)], dim=1))
-    return order.gather(1, torch.cat([lower, upper.flip(1)], dim=1).gather(1, corner)), count
-
-
-def _lower_chains(x: Tensor, y: Tensor, column: Tensor, slack: Tensor) -> tuple[Tensor, Tensor]:
-    """Lower hulls, left to right, of points sorted by column: their indices, the last repeated; number (B, 1)."""
-    place = torch.arange(x.shape[1], device=x.device)
-    lowest = torch.full_like(y, torch.inf).scatter_reduce(1, column, y, "amin").gather(1, column)
-    index = torch.where(y == lowest, place, len(place))
-    chain = torch.full_like(column, len(place)).scatter_reduce(1, column, index, "amin")
-    size = column[:, -1:] + 1
-    chain = chain.gather(1, place.minimum(size - 1))
+    """Indices (w, B) of the hulls' corners among points (2, n, B), the last repeated; their number (B,)."""
+    n = points.shape[1]
+    slack = _SLACK * points.abs().amax(dim=(0, 1))
+    order = _left_to_right(points, slack)
+    points = _pick(points, order)
+    # Out along the points below the line between the ends, and back along those above it.
+    across = points[:, -1] - points[:, 0]
+    height = _cross(across[:, None], points - points[:, :1])
+    room = slack * across.abs().sum(dim=0)
+    out = height < -room
+    out[-1] = across.abs().amax(dim=0) > slack
+    out[0] = True
+    index, count = _packed(torch.cat([out, (height > room).flip(0)]))
+    walk = torch.minimum(index, 2 * n - 1 - index)
+    points = _pick(points, walk)
     while True:
-        place = torch.arange(chain.shape[1], device=x.device)
-        corner = torch.stack([x.gather(1, chain), y.gather(1, chain)], dim=2)
-        chord = corner[:, 2:] - corner[:, :-2]
-        rise = _cross(chord, corner[:, 1:-1] - corner[:, :-2])
-        room = slack * chord.abs().sum(dim=2)
-        inner = place[1:-1] < size - 1
-        level = inner & (rise.abs() <= room)
-        # Of two neighbours, each level with the other's neighbours, one may be a corner: never drop both at once.
-        odd = level & (place[1:-1] % 2 == 1)
-        drop = (inner & (rise > room)) | torch.where(odd.any(dim=1, keepdim=True), odd, level)
-        if not bool(drop.any()):
-            return chain, size
-        kept, count = _packed(~pad(drop, (1, 1)) & (place < size))
-        chain, size = chain.gather(1, kept), count[:, None]
+        place = torch.arange(1, len(walk) - 1, device=walk.device)[:, None]
+        chord = points[:, 2:] - points[:, :-2]
+        height = _cross(chord, points[:, 1:-1] - points[:, :-2])
+        room = slack * chord.abs().sum(dim=0)
+        level = (height.abs() <= room) & (place < count)
+        # Two neighbours that are both level may be one corner twice: drop one at a time.
+        odd = level & (place % 2 == 1)
+        drop = (height > room) | odd | (level & ~odd.any(dim=0))
+        index, size = _packed(pad(~drop & (place < count), (0, 0, 1, 0), value=True))
+        if torch.equal(size, count):
+            return order.gather(0, _last_repeated(walk, count)), count
+        walk, points, count = walk.gather(0, index), _pick(points, index), size
+
+
+def _left_to_right(points: Tensor, slack: Tensor) -> Tensor:
+    """Order (n, B) of points (2, n, B) by x, and from bottom to top where x is equal to within the slack."""
+    x, by_x = points[0].T.contiguous().sort(dim=1)
+    y = points[1].T.gather(1, by_x)
+    column = pad((x.diff(dim=1) > slack[:, None]).cumsum(dim=1), (1, 0))
+    height = y - y.amin(dim=1, keepdim=True)
+    key = column + 0.5 * height / height.amax(dim=1, keepdim=True).clamp(min=torch.finfo(y.dtype).tiny)
+    return by_x.gather(1, key.argsort(dim=1)).T.contiguous()
 
 
 def _half_planes(polygons: Polygons) -> tuple[Tensor, Tensor]:
-    """Inward unit normals of the half-planes that bound each polygon, and a point on each border, (B, E, 2).
+    """A point on the border of every half-plane that bounds a polygon, and its inward unit normal, (2, E, B).
 
-    A segment is bounded by its line from either side and by a line across either end, and so is a point.
+    A segment is bounded by its line from either side and by a line across either end; a point likewise.
     A normal of zero bounds nothing.
     """
-    vertices = polygons.vertices
-    edge = vertices.roll(-1, dims=1) - vertices
-    squared = edge.square().sum(dim=2, keepdim=True)
-    along = edge / torch.where(squared > 0, squared, 1.0).sqrt()
-    ahead = torch.where(polygons.count[:, None] > 1, along[:, 0], along.new_tensor([1.0, 0.0]))
-    left = torch.stack([-ahead[:, 1], ahead[:, 0]], dim=1)
-    start, end = vertices[:, 0], vertices[:, -1]
+    anchor = _planar(polygons.vertices)
+    edge = anchor.roll(-1, dims=1) - anchor
+    squared = edge.square().sum(dim=0)
+    edge = edge / torch.where(squared > 0, squared, 1.0).sqrt()
+    start, end = anchor[:, 0], anchor[:, -1]
+    ahead = torch.where(polygons.count > 1, edge[:, 0], edge.new_tensor([[1.0], [0.0]]))
+    left = torch.stack([-ahead[1], ahead[0]])
 
-    spare = (0, 0, 0, max(0, 4 - vertices.shape[1]))
-    along, anchor = pad(along, spare), pad(vertices, spare)
-    flat = (polygons.count < 3)[:, None, None]
-    around = torch.where(flat, torch.stack([ahead, left, -ahead, -left], dim=1), along[:, :4])
-    at = torch.where(flat, torch.stack([start, end, end, start], dim=1), anchor[:, :4])
-    along, anchor = torch.cat([around, along[:, 4:]], dim=1), torch.cat([at, anchor[:, 4:]], dim=1)
-    return torch.stack([-along[..., 1], along[..., 0]], dim=2), anchor
+    spare = (0, 0, 0, max(0, 4 - anchor.shape[1]))
+    edge, anchor = pad(edge, spare), pad(anchor, spare)
+    flat = polygons.count < 3
+    around = torch.where(flat, torch.stack([ahead, left, -ahead, -left], dim=1), edge[:, :4])
+    corner = torch.where(flat, torch.stack([start, end, end, start], dim=1), anchor[:, :4])
+    edge = torch.cat([around, edge[:, 4:]], dim=1)
+    return torch.cat([corner, anchor[:, 4:]], dim=1), torch.stack([-edge[1], edge[0]])
 
 
-def _cut(vertices: Tensor, count: Tensor, normal: Tensor, anchor: Tensor, slack: Tensor) -> tuple[Tensor, Tensor]:
-    """What a half-plane leaves of each polygon."""
-    place = torch.arange(vertices.shape[1], device=vertices.device)
-    depth = ((vertices - anchor[:, None]) * normal[:, None]).sum(dim=2)
-    depth = torch.where(depth.abs() > slack, depth, 0.0)
-    following = depth.roll(-1, dims=1)
-    # A segment has one edge, which a loop over vertices meets twice.
-    crossed = (depth * following < 0) & ((count[:, None] > 2) | (place == 0))
-    share = depth / torch.where(crossed, depth - following, 1.0)
-    crossing = vertices + share[..., None] * (vertices.roll(-1, dims=1) - vertices)
-    kept = (depth >= 0) & (place < count[:, None])
-    index, count = _packed(torch.stack([kept, crossed], dim=2).flatten(1))
-    return _pick(torch.stack([vertices, crossing], dim=2).flatten(1, 2), index), count
+def _cut(
+    corners: Tensor, count: Tensor, anchor: Tensor, normal: Tensor, slack: Tensor
+) -> tuple[Tensor, Tensor]:
+    """What a half-plane leaves of polygons (2, V, B)."""
+    place = torch.arange(corners.shape[1], device=corners.device)[:, None]
+    depth = ((corners - anchor[:, None]) * normal[:, None]).sum(dim=0)
+    depth = depth * (depth.abs() > slack)
+    after = depth.roll(-1, dims=0)
+    # A walk around the two ends of a segment meets its only edge twice.
+    crossed = (depth * after < 0) & ((count > 2) | (place < count - 1))
+    share = depth / torch.where(crossed, depth - after, 1.0)
+    crossing = corners + share * (corners.roll(-1, dims=1) - corners)
+    kept = (depth >= 0) & (place < count)
+    index, count = _packed(torch.stack([kept, crossed], dim=1).flatten(0, 1))
+    return _pick(torch.stack([corners, crossing], dim=2).flatten(1, 2), _last_repeated(index, count)), count
 
 
 def _packed(flags: Tensor) -> tuple[Tensor, Tensor]:
-    """Columns of the true flags of each row of (B, n), in order, then the last repeated; and their number."""
-    count = flags.sum(dim=1)
+    """Indices of the true flags of (n, B), in order, then one zero or more; and their number (B,)."""
+    count = flags.sum(dim=0)
     width = int(torch.cat([count, count.new_ones(1)]).max())
-    place = torch.arange(flags.shape[1], device=flags.device)
-    target = torch.where(flags, flags.cumsum(dim=1) - 1, width)
-    column = target.new_zeros(len(flags), width + 1).scatter(1, target, place.expand_as(target))
-    last = (count - 1).clamp(min=0)[:, None]
-    return column.gather(1, place.minimum(last)[:, :width]), count
+    place = torch.arange(flags.shape[0], device=flags.device)[:, None]
+    target = flags.cumsum(dim=0) * flags
+    return target.new_zeros(width + 2, flags.shape[1]).scatter(0, target, place.expand_as(target))[1:], count
 
 
-def _fan(vertices: Tensor) -> Tensor:
-    """Twice the areas of the triangles between the first vertex and every edge, (B, V - 1)."""
-    arms = vertices - vertices[:, :1]
-    return _cross(arms[:, :-1], arms[:, 1:])
+def _last_repeated(index: Tensor, count: Tensor) -> Tensor:
+    place = torch.arange(len(index) - 1, device=index.device)[:, None]
+    return index.gather(0, place.minimum((count - 1).clamp(min=0)))
 
 
-def _cross(a: Tensor, b: Tensor) -> Tensor:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+def _planar(vertices: Tensor) -> Tensor:
+    """(B, V, 2) as (2, V, B): with the batch last, every step below is a sweep over contiguous numbers."""
+    return vertices.permute(2, 1, 0).contiguous()
+
+
+def _polygons(corners: Tensor, count: Tensor) -> Polygons:
+    return Polygons(torch.where(count > 0, corners, 0.0).permute(2, 1, 0).contiguous(), count)
+
+
+def _arms(polygons: Polygons) -> Tensor:
+    """From the first vertex to every vertex, (2, V, B)."""
+    return _planar(polygons.vertices - polygons.vertices[:, :1])
 
 
 def _pick(points: Tensor, index: Tensor) -> Tensor:
-    return points.gather(1, index[..., None].expand(-1, -1, 2))
+    return points.gather(1, index.expand(2, -1, -1))
+
+
+def _cross(a: Tensor, b: Tensor) -> Tensor:
+    return a[0] * b[1] - a[1] * b[0]

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
-from torch import Tensor
 
 from blockstab.parsed import Parsed
 from blockstab.report import report_html
@@ -67,8 +66,8 @@ def scene_record(parsed: Parsed) -> Record:
     return record
 
 
-def write_parsed(parsed: Parsed, folder: Path) -> None:
-    """Write labels.png, report.html and scene.json into `folder`, which is made where it is missing.
+def write_parsed(parsed: Parsed, folder: Path, report: bool = True) -> None:
+    """Write labels.png, report.html (if asked for) and scene.json into `folder`, which is made where it is missing.
 
     Each file appears whole or not at all. An older scene.json goes first and the new one comes last, so that
     a folder with one holds a finished scene.
@@ -76,12 +75,13 @@ def write_parsed(parsed: Parsed, folder: Path) -> None:
     Raises:
         ValueError: where an output id does not fit the 16 bits of labels.png, or a number is not finite.
     """
-    label, page = _label_png(parsed), report_html(parsed)
+    label, page = _label_png(parsed), report_html(parsed) if report else None
     record = json.dumps(scene_record(parsed), indent=1, allow_nan=False) + "\n"
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scene.json").unlink(missing_ok=True)
     write_whole(folder / "labels.png", label)
-    write_whole(folder / "report.html", page.encode())
+    if page is not None:
+        write_whole(folder / "report.html", page.encode())
     write_whole(folder / "scene.json", record.encode())
 
 
@@ -114,7 +114,7 @@ def _segments(parsed: Parsed) -> list[Record]:
                 "visible_share": float(scene.visible_share[i]),
             },
             "stable": bool(scene.balance.stable[i]),
-            "margin_m": _margin(scene.balance.margin[i]) if not scene.background[i] else None,
+            "margin_m": _or_null(float(scene.balance.margin[i])) if not scene.background[i] else None,
             "potential": float(parsed.unary[i]),
             "badness": float(parsed.badness[i]),
         }
@@ -122,8 +122,8 @@ def _segments(parsed: Parsed) -> list[Record]:
     ]
 
 
-def _margin(margin: Tensor) -> float | None:
-    return float(margin) if margin.isfinite() else None
+def _or_null(number: float) -> float | None:
+    return number if math.isfinite(number) else None
 
 
 def _pairs(parsed: Parsed) -> list[Record]:
@@ -144,7 +144,7 @@ def _pairs(parsed: Parsed) -> list[Record]:
             "gap_m": gap,
             "direction_camera": direction,
             "neighbours": neighbours,
-            "potential": next(potentials) if neighbours else None,
+            "potential": _or_null(next(potentials)) if neighbours else None,
         }
         for a, b, gap, direction, neighbours in zip(*columns, strict=True)
     ]

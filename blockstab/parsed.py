@@ -24,7 +24,7 @@ class Parsed:
         ids: N output ids, parallel to the segments of `scene`; 1 and up, since 0 stands for the ground plane.
         unary: (N,) potential of each segment; lower is better.
         pairwise: (M,) potential of each pair that shares a border: the pairs of `scene.pairs` with
-            `neighbours` true, in their order.
+            `neighbours` true, in their order; NaN where one of them is background, which is not judged.
         badness: (N,) probability that a segment is wrong.
         falls: by segment index, the indices of the segments that fall if it is removed.
         energy: of the segmentation (Eq. 2).

@@ -21,6 +21,7 @@ from blockstab.proposals import Proposal, Proposed
 from blockstab.rgbd.cloud import Cloud, cloud_from_frame
 from blockstab.rgbd.frame import Frame
 from blockstab.rgbd.ground import Ground, estimate_ground, ground_from_up
+from blockstab.rgbd.sight import Sight
 from blockstab.search import Problem, Search
 from blockstab.segments.atoms import Atoms, join, make_atoms, over_segment
 from blockstab.segments.boundaries import boundary_strength
@@ -71,6 +72,11 @@ class View:
     start: Segmentation
     label: Tensor
     known: Tensor
+
+    @property
+    def sight(self) -> Sight:
+        """What the camera saw, and what was hidden from it."""
+        return Sight(self.frame.depth, self.frame.camera, self.ground.world_from_camera)
 
 
 def estimated_ground(frame: Frame, cloud: Cloud) -> Ground:
@@ -142,7 +148,10 @@ class Parser:
             found = self.search(view.start, problem, generator)
         with _timed(seconds, "removal"):
             scene = found.best.scene
-            table = falls_if_removed(scene.boxes, ~scene.background, scene.candidates, scene.balance.stable)
+            slack = self.rules.support.noise(scene.boxes)
+            table = falls_if_removed(
+                scene.boxes, ~scene.background, scene.candidates, scene.balance.stable, slack
+            )
         ids = _ids(scene.segmentation, view)
         return Parsed(
             name=frame.name,
@@ -165,7 +174,7 @@ class Parser:
 
     def problem(self, view: View) -> Problem:
         """What a search on this image may ask."""
-        interpret = Interpreter(view.cloud, view.ground, view.atoms, self.rules, view.known)
+        interpret = Interpreter(view.cloud, view.sight, view.ground, view.atoms, self.rules, view.known)
         hierarchy = build_hierarchy(view.atoms)
 
         @lru_cache(maxsize=None)

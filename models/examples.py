@@ -85,7 +85,7 @@ class ExampleMaker:
     def _of_view(self, view: View, label: Tensor, generator: torch.Generator) -> Examples:
         hierarchy = build_hierarchy(view.atoms)
         overlap = Overlap(view.atoms, label)
-        interpret = Interpreter(view.cloud, view.ground, view.atoms, self.rules, view.known)
+        interpret = Interpreter(view.cloud, view.sight, view.ground, view.atoms, self.rules, view.known)
         (start,) = interpret([view.start])
         background = zip(view.start.segments, start.background.tolist(), strict=True)
         objects = frozenset(atom for segment, apart in background if not apart for atom in segment)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -49,7 +50,7 @@ class MLPHead(Head):
 HeadFactory = Callable[[int], Head]  # from the number of features: a class above, or a partial of one
 
 # The names a checkpoint may hold. A head of your own becomes loadable by adding it here.
-HEADS: dict[str, type[Head]] = {"linear": LinearHead, "mlp": MLPHead}
+HEADS: dict[str, type[Any]] = {"linear": LinearHead, "mlp": MLPHead}
 
 
 def initialised(head: HeadFactory, features: int, seed: int) -> Head:

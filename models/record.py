@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Set
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import torch
@@ -10,63 +13,92 @@ import torch
 from models.heads import HEADS, Potential
 
 FORMAT = 1
+_NEEDED, _OPTIONAL = {"unary", "pairwise"}, {"merge"}  # kinds of potentials
 
 
 class CheckpointError(ValueError):
     """A checkpoint that cannot be used; the message names the file and the reason."""
 
 
+@dataclass(frozen=True)
+class Record:
+    """What the JSON says.
+
+    Args:
+        sha256: of the safetensors file, in hexadecimal.
+        potentials: by kind; as read, their tensors have a shape but no memory.
+        provenance: what the maker wrote down.
+    """
+
+    sha256: str
+    potentials: dict[str, Potential]
+    provenance: dict[str, Any]
+
+    def __post_init__(self) -> None:
+        _check_keys("the potentials", self.potentials, _NEEDED, _OPTIONAL)
+
+    def text(self) -> str:
+        """The JSON; ValueError if a head's class is not in `models.heads.HEADS`."""
+        record = {
+            "format": FORMAT,
+            "sha256": self.sha256,
+            "potentials": {kind: _description(p) for kind, p in self.potentials.items()},
+            "provenance": self.provenance,
+        }
+        return json.dumps(record, indent=1, allow_nan=False) + "\n"
+
+
+def read_record(path: Path, content: bytes) -> Record:
+    """The record in the bytes of `path`; CheckpointError, naming `path`, if there is none."""
+    try:
+        record = json.loads(content)
+        if isinstance(record, dict) and record.get("format", FORMAT) != FORMAT:
+            raise ValueError(f"it has format {record['format']!r}, but this version reads {FORMAT}")
+        _check_keys("the file", record, {"format", "sha256", "potentials", "provenance"})
+        _check_keys("potentials", record["potentials"], _NEEDED, _OPTIONAL)
+        if not isinstance(record["provenance"], dict):
+            raise ValueError(f"provenance must be an object, but is {record['provenance']!r:.80}")
+        potentials = {kind: _empty(kind, given) for kind, given in record["potentials"].items()}
+    except (ValueError, RecursionError) as error:
+        raise CheckpointError(f"{path} is not the record of a checkpoint: {error}.") from error
+    return Record(str(record["sha256"]), potentials, record["provenance"])
+
+
 def _description(potential: Potential) -> dict[str, Any]:
     for name, head in HEADS.items():
         if type(potential.head) is head:
-            return {"head": name, "arguments": potential.head.arguments, "columns": list(potential.columns)}
-    raise ValueError(
-        f"The head {type(potential.head).__name__} has no name to be stored under; add it to models.heads.HEADS."
-    )
+            return {
+                "head": name,
+                "arguments": potential.head.arguments,
+                "columns": list(potential.columns),
+            }
+    kind = type(potential.head).__name__
+    raise ValueError(f"The head {kind} has no name to be stored under; add it to models.heads.HEADS.")
 
 
-def _checked_record(path: Path) -> dict[str, Any]:
-    """What the JSON file holds, once its keys are those of this format."""
-    content = _read(path)
+def _empty(kind: str, given: object) -> Potential:
+    """A potential as described, on the meta device: room for any size, and no random number is drawn."""
+    description = _check_keys(kind, given, {"head", "arguments", "columns"})
+    name, arguments, columns = description["head"], description["arguments"], description["columns"]
+    if not isinstance(name, str) or name not in HEADS:
+        raise ValueError(f"the {kind} head is {name!r:.80}, but must be one of {', '.join(HEADS)}")
+    if not isinstance(columns, list) or not columns or not all(isinstance(c, str) for c in columns):
+        raise ValueError(f"the {kind} columns must be a list of names, but are {columns!r:.80}")
     try:
-        record = json.loads(content)
-    except (ValueError, RecursionError) as error:
-        raise CheckpointError(f"{path} is not a JSON file: {error}.") from error
-    if isinstance(record, dict) and record.get("format", FORMAT) != FORMAT:
-        raise CheckpointError(f"{path} is of format {record['format']!r}, but this version reads {FORMAT}.")
-    _check_keys(path, "the file", record, {"format", "sha256", "potentials", "provenance"})
-    _check_keys(path, "potentials", record["potentials"], {"unary", "pairwise"}, {"merge"})
-    for kind, description in record["potentials"].items():
-        _check_keys(path, kind, description, {"head", "arguments", "columns"})
-    return record
+        with torch.device("meta"):
+            head = HEADS[name](len(columns), **arguments)
+            return Potential(columns, head, torch.empty(len(columns)), torch.empty(len(columns)))
+    except (TypeError, RuntimeError, OverflowError) as error:
+        raise ValueError(f"the {kind} head {name!r} does not take the arguments {arguments!r:.80}") from error
 
 
 def _check_keys(
-    path: Path, where: str, value: object, needed: set[str], allowed: Set[str] = frozenset()
-) -> None:
-    """Raise CheckpointError unless `value` is a dict with all keys needed and none beyond those allowed."""
+    where: str, value: object, needed: Set[str], optional: Set[str] = frozenset()
+) -> dict[str, Any]:
+    """`value`, if it is a dict with all keys needed and none but these and the optional ones."""
     if not isinstance(value, dict):
-        raise CheckpointError(f"{path}: {where} must be an object, but is {type(value).__name__}.")
-    missing, surplus = sorted(needed - value.keys()), sorted(value.keys() - needed - allowed)
+        raise ValueError(f"{where} must be an object, but is {value!r:.80}")
+    missing, surplus = sorted(needed - value.keys()), sorted(value.keys() - needed - optional)
     if missing or surplus:
-        raise CheckpointError(f"{path}: {where} lacks {missing} and has {surplus} too many.")
-
-
-def _empty(path: Path, kind: str, description: dict[str, Any]) -> Potential:
-    """A potential as described, its tensors without memory."""
-    name, columns = description["head"], description["columns"]
-    if not isinstance(name, str) or name not in HEADS:
-        raise CheckpointError(f"{path}: the {kind} head is {name!r}, but must be one of {', '.join(HEADS)}.")
-    if not isinstance(columns, list) or not columns or not all(isinstance(c, str) for c in columns):
-        raise CheckpointError(f"{path}: the {kind} columns must be a list of names, but are {columns!r:.80}.")
-    try:
-        with torch.device("meta"):
-            head = HEADS[name](len(columns), **description["arguments"])
-            return Potential(columns, head, torch.empty(len(columns)), torch.empty(len(columns)))
-    except (TypeError, ValueError, RuntimeError) as error:
-        given = f"{description['arguments']!r:.80}"
-        raise CheckpointError(
-            f"{path}: the {kind} head {name!r} does not take the arguments {given}."
-        ) from error
-
-
+        raise ValueError(f"{where} must hold {sorted(needed)}: {missing} are missing, {surplus} are unknown")
+    return value

@@ -75,9 +75,8 @@ def train_potential(
     """
     features = features.double()
     mean, scale = features.mean(dim=0), features.std(dim=0, correction=0)
-    scale = torch.where(
-        scale > 1e-10 * mean.abs(), scale, 1.0
-    )  # a constant column says nothing, at any scale
+    # A constant column says nothing, at whatever scale: one keeps it finite.
+    scale = torch.where(scale > 1e-10 * mean.abs(), scale, 1.0)
     potential = Potential(columns, initialised(head, len(columns), seed), mean, scale)
     rows = (potential.standardised(features), target.double(), weight)
     with _quiet_lightning():

@@ -91,8 +91,9 @@ def judge_boxes(boxes: Boxes, movable: Tensor) -> Judged:
         torch.zeros(n, dtype=torch.bool),
         SupportRules(),
     )
-    supports = trim(boxes, candidates)
-    return Judged(boxes, movable, candidates, supports, balance(boxes, movable, supports))
+    exact = torch.zeros(n, dtype=torch.float64)
+    supports = trim(boxes, candidates, exact)
+    return Judged(boxes, movable, candidates, supports, balance(boxes, movable, supports, exact))
 
 
 TABLE = (GROUND, "surface")

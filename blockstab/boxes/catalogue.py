@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -80,15 +80,17 @@ class Catalogue:
     def __init__(self, points: SegmentPoints, fitter: BoxFitter) -> None:
         self.points = points
         self.fitter = fitter
-        self.fits: Fits | None = None
+        self.fits = Fits.none()
         self._row: dict[BoxKey, int] = {}
+        self._variant: dict[tuple[int, bytes], int] = {}
         self._pair_key = torch.empty(0, dtype=torch.long)
         self._pair_value = torch.empty(0, 4, dtype=torch.float64)
 
     def __len__(self) -> int:
+        """How many fits have been made."""
         return len(self._row)
 
-    def rows(self, segments: list[Segment], axes: Tensor | None = None) -> Tensor:
+    def rows(self, segments: Sequence[Segment], axes: Tensor | None = None) -> Tensor:
         """Rows in `fits` of the boxes of these segments; those not yet known are fitted in one batch.
 
         Args:
@@ -114,16 +116,25 @@ class Catalogue:
             if not free:
                 axis = torch.from_numpy(np.stack([np.frombuffer(a, dtype=np.float64) for _, a in keys]))
             fits = self.fitter(*self.points.gather([segment for segment, _ in keys]), axis)
-            self.fits = fits if self.fits is None else self.fits.extended(fits)
-            start = len(self._row)
+            start = len(self.fits)
+            self.fits = self.fits.extended(fits)
             self._row.update((key, start + i) for i, key in enumerate(keys))
 
-    def boxes(self, rows: Tensor) -> Boxes:
-        """The boxes in these rows."""
-        if self.fits is None:
-            empty = torch.empty(0, 3, dtype=torch.float64)
-            return Boxes(empty, torch.empty(0, 3, 3, dtype=torch.float64), empty)
-        return self.fits.boxes[rows]
+    def variants(self, rows: Tensor, boxes: Boxes) -> Tensor:
+        """Rows of boxes that replace those of `rows`; where a box is unchanged, its row is too.
+
+        What is known of the fit stays: the points are the same, and what was added is what they do not show.
+        """
+        old = self.fits.boxes[rows]
+        changed = ((old.center != boxes.center) | (old.half_extent != boxes.half_extent)).any(dim=1)
+        result = rows.clone()
+        for i in changed.nonzero()[:, 0].tolist():
+            key = (int(rows[i]), boxes.center[i].numpy().tobytes() + boxes.half_extent[i].numpy().tobytes())
+            if key not in self._variant:
+                self._variant[key] = len(self.fits)
+                self.fits = self.fits.extended(self.fits[rows[i : i + 1]].with_boxes(boxes[i : i + 1]))
+            result[i] = self._variant[key]
+        return result
 
     def separation(self, first: Tensor, second: Tensor) -> Separation:
         """Gaps and directions of pairs of rows (P,), measured once for each pair of boxes."""
@@ -135,7 +146,7 @@ class Catalogue:
             fresh = wanted[self._pair_key[known.clamp(max=len(self._pair_key) - 1)] != wanted]
         else:
             fresh = wanted
-        if len(fresh) and self.fits is not None:
+        if len(fresh):
             apart = separation(self.fits.boxes, fresh >> 32, fresh & 0xFFFFFFFF)
             value = torch.cat([apart.gap[:, None], apart.direction], dim=1)
             merged, order = torch.cat([self._pair_key, fresh]).sort()

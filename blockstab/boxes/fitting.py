@@ -50,6 +50,22 @@ class Fits:
     variance: Tensor
     visible_share: Tensor
 
+    @staticmethod
+    def none() -> Fits:
+        """No fits."""
+        empty = torch.empty(0, 3, dtype=torch.float64)
+        return Fits(Boxes(empty, torch.empty(0, 3, 3, dtype=torch.float64), empty), *empty.T)
+
+    def __len__(self) -> int:
+        return len(self.mean)
+
+    def __getitem__(self, rows: Tensor) -> Fits:
+        return Fits(self.boxes[rows], self.mean[rows], self.variance[rows], self.visible_share[rows])
+
+    def with_boxes(self, boxes: Boxes) -> Fits:
+        """Other boxes for the same points, their fit taken as it was."""
+        return Fits(boxes, self.mean, self.variance, self.visible_share)
+
     def extended(self, more: Fits) -> Fits:
         """These fits with others after them."""
         return Fits(

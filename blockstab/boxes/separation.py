@@ -52,7 +52,8 @@ def separation(boxes: Boxes, first: Tensor, second: Tensor) -> Separation:
     """
     if first.shape != second.shape:
         raise ValueError(
-            f"Every pair needs two boxes, but first has shape {tuple(first.shape)} and second {tuple(second.shape)}."
+            f"A pair is an index in each list, but first has shape {tuple(first.shape)} "
+            f"and second {tuple(second.shape)}; give both one index for every pair."
         )
     for name, index in (("first", first), ("second", second)):
         wrong = (index < 0) | (index >= len(boxes))
@@ -62,7 +63,10 @@ def separation(boxes: Boxes, first: Tensor, second: Tensor) -> Separation:
                 f"Pairs must name two of the {len(boxes)} boxes, but {name}[{pair}] is {int(index[pair])}; "
                 "leave out pairs with the ground."
             )
-    parts = [_separation(boxes, i, j) for i, j in zip(first.split(_CHUNK), second.split(_CHUNK), strict=True)]
+    parts = [
+        _separation(boxes, i, j)
+        for i, j in zip(*(torch.split(index, _CHUNK) for index in (first, second)), strict=True)
+    ]
     return Separation(torch.cat([part.gap for part in parts]), torch.cat([part.direction for part in parts]))
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import glob
 import json
+import os
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -72,8 +74,10 @@ def write_scene(folder: Path, frame: Frame, truth: Truth, extra: Mapping[str, An
     if frame.label is not None:
         images["label.png"] = _sixteen_bit(frame.label, "label ids")
     folder = Path(folder)
-    draft = folder.with_name(f".{folder.name}.draft")
-    shutil.rmtree(draft, ignore_errors=True)
+    # Workers of a killed run may still be writing; without its draft such a worker fails, mixing nothing in.
+    for abandoned in folder.parent.glob(f".{glob.escape(folder.name)}.*.draft"):
+        shutil.rmtree(abandoned, ignore_errors=True)
+    draft = folder.with_name(f".{folder.name}.{os.getpid()}.draft")
     draft.mkdir(parents=True)
     try:
         for name, image in images.items():

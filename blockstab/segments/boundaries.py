@@ -10,15 +10,13 @@ from torch import Tensor
 
 from blockstab.rgbd.cloud import Cloud
 from blockstab.rgbd.frame import Frame
+from blockstab.segments.gaps import without_gaps
 
 SENSOR_STEP = 2.9e-3
 """Depth step of a structured-light sensor, 1/m: 2.9e-3 z^2 metres at depth z (Gupta et al. 2013)."""
 
-GAP_REACH_PX = 3
-"""A gap in an image is small where no pixel of it is farther than this from the rest."""
-
-_COLOR_SHARE = 0.2  # printed boxes carry strong colour edges: alone, they must not outweigh geometry
-_COLOR_FULL = 25.0  # Lab units per pixel that make a full colour edge
+_COLOR_SHARE = 0.3  # printed boxes carry strong colour edges: alone, they must not outweigh geometry
+_COLOR_FULL = 12.0  # Lab units per pixel that make a full colour edge
 _JUMP = (2.0, 6.0)  # explained steps: no edge below the first, a full edge above the second
 _BEND = (0.1, 0.6)  # twice the sine of half the angle of a crease, likewise
 _JUMP_REACH_PX, _BEND_REACH_PX = 2, 4
@@ -48,15 +46,7 @@ def boundary_strength(frame: Frame, cloud: Cloud) -> Tensor:
         jump = torch.where(cloud.valid, _jump(*near, frame.camera.fx), 0.5 * _jump(*far, frame.camera.fx))
         strength = torch.maximum(strength, _ramp(jump, *_JUMP))
         strength = torch.maximum(strength, _ramp(_concave_bend(*far, frame.camera.fx), *_BEND))
-    return torch.maximum(strength, _rim(without_small_gaps(cloud.valid))).double()
-
-
-def without_small_gaps(mask: Tensor, reach_px: int = GAP_REACH_PX) -> Tensor:
-    """The (H, W) mask with those gaps closed that have no pixel farther than `reach_px` from the mask."""
-    size = 2 * reach_px + 1
-    grown = F.max_pool2d(mask.float()[None], size, stride=1, padding=reach_px)
-    shrunk = -F.max_pool2d(-grown, size, stride=1, padding=reach_px)
-    return mask | (shrunk[0] > 0)
+    return torch.maximum(strength, _rim(without_gaps(cloud.valid))).double()
 
 
 def _color_edges(color: Tensor) -> Tensor:
@@ -67,9 +57,11 @@ def _color_edges(color: Tensor) -> Tensor:
 
 
 def _smoothed_surface(cloud: Cloud) -> Tensor:
-    """(8, H, W) float32 point, unit normal, depth and whether it was measured; means over 3 x 3 measured pixels."""
+    """(8, H, W) float32: point, unit normal, depth, all means over 3 x 3 pixels; and whether measured."""
     mask = cloud.valid[None].float()
-    values = torch.cat([cloud.points.permute(2, 0, 1), cloud.normals.permute(2, 0, 1), cloud.depth[None]]).float()
+    values = torch.cat(
+        [cloud.points.permute(2, 0, 1), cloud.normals.permute(2, 0, 1), cloud.depth[None]]
+    ).float()
     share = F.avg_pool2d(mask, 3, stride=1, padding=1)
     mean = F.avg_pool2d(values, 3, stride=1, padding=1) / share.clamp(min=1e-6) * mask
     normals = mean[3:6] / _dot(mean[3:6], mean[3:6]).sqrt().clamp(min=1e-6)
@@ -105,7 +97,7 @@ def _jump(a: Tensor, b: Tensor, focal_px: float) -> Tensor:
 
 
 def _concave_bend(a: Tensor, b: Tensor, focal_px: float) -> Tensor:
-    """(H, W) how far the normals turn towards each other, in (-2, 2): positive at concave creases, negative at convex ones.
+    """(H, W) how far the normals turn towards each other: above 0 at concave creases, below at convex ones.
 
     Zero where a normal is unknown, and where the two sides lie so far apart that they are no one surface.
     """

@@ -136,11 +136,13 @@ def loads(supports: Supports, n: int) -> Tensor:
         on = further
 
 
-def balance(boxes: Boxes, movable: Tensor, supports: Supports) -> Balance:
+def balance(boxes: Boxes, movable: Tensor, supports: Supports, slack: Tensor) -> Balance:
     """Judge each box, with all that rests on it, over the hull of its supporting areas.
 
     Args:
         boxes: N boxes; movable: (N,) bool, false for background; supports: the relations that count.
+        slack: (N,) metres by which a centre of mass may lie outside and still count as held: what the boxes are
+            uncertain by, 0 where they are exact.
     """
     n = len(boxes)
     slots, used = slots_of(supports, n)
@@ -148,8 +150,8 @@ def balance(boxes: Boxes, movable: Tensor, supports: Supports) -> Balance:
     held = footing(supports.area, slots, used, center)
     alone = footing(supports.area, slots, used, boxes.center)
     return Balance(
-        stable=(held.margin >= 0) | ~movable,
-        stable_alone=(alone.margin >= 0) | ~movable,
+        stable=(held.margin >= -slack) | ~movable,
+        stable_alone=(alone.margin >= -slack) | ~movable,
         margin=held.margin.masked_fill(~movable, float("inf")),
         mass_center=center,
         support_center=held.center,

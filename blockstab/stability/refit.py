@@ -9,6 +9,9 @@ from blockstab.boxes.box import Boxes
 from blockstab.stability.support import GROUND, Supports, SupportType, top_normal
 
 
+UP = torch.tensor([0.0, 1.0, 0.0], dtype=torch.float64)
+
+
 def refit_axes(boxes: Boxes, supports: Supports, eligible: Tensor) -> Tensor:
     """The axis that each box is to be fitted to: the normal of the surface it stands on.
 
@@ -29,7 +32,7 @@ def refit_axes(boxes: Boxes, supports: Supports, eligible: Tensor) -> Tensor:
     below[supports.supported[single]] = supports.supporter[single]
     follows = below <= n
     axes = torch.full((n, 3), float("nan"), dtype=boxes.center.dtype)
-    axes[below == GROUND] = torch.tensor([0.0, 1.0, 0.0], dtype=boxes.center.dtype)
+    axes[below == GROUND] = UP
     known = (below == GROUND) | ~follows
     own = top_normal(boxes)
     while not bool(known.all()):

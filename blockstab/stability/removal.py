@@ -11,7 +11,9 @@ from blockstab.stability.support import Supports
 from blockstab.stability.trimming import trim
 
 
-def falls_if_removed(boxes: Boxes, movable: Tensor, candidates: Supports, stable: Tensor) -> Tensor:
+def falls_if_removed(
+    boxes: Boxes, movable: Tensor, candidates: Supports, stable: Tensor, slack: Tensor
+) -> Tensor:
     """For each box x, the boxes that stand now and would not stand without x.
 
     All removals are judged together, as one scene with N copies of the boxes, each lacking one; what falls is
@@ -19,7 +21,7 @@ def falls_if_removed(boxes: Boxes, movable: Tensor, candidates: Supports, stable
 
     Args:
         boxes: N boxes; movable: (N,) bool; candidates: all relations that nearness allows.
-        stable: (N,) bool, the verdict with everything in place.
+        stable: (N,) bool, the verdict with everything in place; slack: (N,) metres, as in `balance`.
 
     Returns:
         (N, N) bool; row x, column b: b falls if x is removed. Rows of background are false.
@@ -28,7 +30,7 @@ def falls_if_removed(boxes: Boxes, movable: Tensor, candidates: Supports, stable
     gone = torch.eye(n, dtype=torch.bool) & movable[:, None]
     fallen = torch.zeros_like(gone)
     for _ in range(n):
-        stands = _verdicts(boxes, movable, candidates, gone | fallen)
+        stands = _verdicts(boxes, movable, candidates, gone | fallen, slack)
         further = ~stands & stable & movable & ~gone & movable[:, None]
         if not bool((further & ~fallen).any()):
             break
@@ -36,7 +38,7 @@ def falls_if_removed(boxes: Boxes, movable: Tensor, candidates: Supports, stable
     return fallen
 
 
-def _verdicts(boxes: Boxes, movable: Tensor, candidates: Supports, absent: Tensor) -> Tensor:
+def _verdicts(boxes: Boxes, movable: Tensor, candidates: Supports, absent: Tensor, slack: Tensor) -> Tensor:
     """(N, N) bool: whether box b (column) stands in the copy (row) that lacks the boxes marked absent."""
     n = len(boxes)
     edge = torch.arange(len(candidates))
@@ -52,5 +54,5 @@ def _verdicts(boxes: Boxes, movable: Tensor, candidates: Supports, absent: Tenso
         candidates.area[edge],
     )
     many = boxes[torch.arange(n).repeat(n)]
-    kept = trim(many, copies)
-    return balance(many, movable.repeat(n), kept).stable.view(n, n)
+    kept = trim(many, copies, slack.repeat(n))
+    return balance(many, movable.repeat(n), kept, slack.repeat(n)).stable.view(n, n)

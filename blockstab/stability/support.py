@@ -68,6 +68,10 @@ class SupportRules:
     touch_m: float = 0.02
     touch_per_square_m: float = 2 * 2.9e-3
 
+    def noise(self, boxes: Boxes) -> Tensor:
+        """One depth step at each box, (N,) metres."""
+        return self.touch_per_square_m / 2 * boxes.center.square().sum(dim=-1)
+
     def touch(self, boxes: Boxes) -> Tensor:
         """How close each box must come to something to touch it, (N,) metres."""
         return (self.touch_per_square_m * boxes.center.square().sum(dim=-1)).clamp(min=self.touch_m)

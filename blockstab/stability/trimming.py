@@ -15,7 +15,7 @@ _TOP_SLOTS, _SIDE_SLOTS = 4, 4  # supports of one box that are tried in combinat
 _MAX_SIDES = 2  # "at most two side supports"
 
 
-def trim(boxes: Boxes, candidates: Supports) -> Supports:
+def trim(boxes: Boxes, candidates: Supports, slack: Tensor) -> Supports:
     """Keep, for each box from the top down, the supports that make it stand.
 
     Surface supports alone, if they suffice. Else the smallest combination of on-top supports and at most two
@@ -24,6 +24,9 @@ def trim(boxes: Boxes, candidates: Supports) -> Supports:
 
     The load of a box is what the boxes above it were found to rest on, so the order matters: a box is judged
     after everything that may rest on it.
+
+    Args:
+        boxes: N boxes; candidates: relations between them; slack: (N,) metres, as in `balance`.
     """
     n = len(boxes)
     level = levels(candidates, n)
@@ -34,7 +37,7 @@ def trim(boxes: Boxes, candidates: Supports) -> Supports:
     for height in range(int(level.max()) + 1 if n else 0):
         now = (level == height).nonzero()[:, 0]
         center = mass_centers(boxes, load[now])
-        kept[now] = _needed(candidates, slots[now], used[now], kind[now], center)
+        kept[now] = _needed(candidates, slots[now], used[now], kind[now], center, slack[now])
         load = _passed_down(load, candidates, slots[now], kept[now] & (kind[now] != SupportType.SIDE), now)
     flat = slots[kept]
     return candidates[flat.sort().values]
@@ -50,22 +53,24 @@ def _passed_down(load: Tensor, candidates: Supports, slots: Tensor, carries: Ten
     return load | ((add @ load[now].to(add.dtype)) > 0)
 
 
-def _needed(candidates: Supports, slots: Tensor, used: Tensor, kind: Tensor, center: Tensor) -> Tensor:
+def _needed(
+    candidates: Supports, slots: Tensor, used: Tensor, kind: Tensor, center: Tensor, slack: Tensor
+) -> Tensor:
     """(K, S) which supports of K boxes to keep."""
     surface = used & (kind == SupportType.SURFACE)
-    by_surface = footing(candidates.area, slots, surface, center).margin >= 0
+    by_surface = footing(candidates.area, slots, surface, center).margin >= -slack
     # More support never hurts: what all candidates together cannot hold, no choice of them can.
-    possible = footing(candidates.area, slots, used, center).margin >= 0
+    possible = footing(candidates.area, slots, used, center).margin >= -slack
     kept = torch.where(by_surface[:, None], surface, used)
     open_question = (possible & ~by_surface).nonzero()[:, 0]
     if len(open_question):
-        part = slots[open_question], used[open_question], kind[open_question], center[open_question]
+        part = (column[open_question] for column in (slots, used, kind, center, slack))
         kept[open_question] = _smallest_combination(candidates, *part)
     return kept
 
 
 def _smallest_combination(
-    candidates: Supports, slots: Tensor, used: Tensor, kind: Tensor, center: Tensor
+    candidates: Supports, slots: Tensor, used: Tensor, kind: Tensor, center: Tensor, slack: Tensor
 ) -> Tensor:
     """(K, S) the smallest stable combination of each box's supports; all of them where none is stable."""
     order = _by_importance(candidates, slots, used, kind)  # (K, 8): on-top first, then side; -1 is none
@@ -81,7 +86,7 @@ def _smallest_combination(
         center[:, None].expand(-1, tries, -1).flatten(0, 1),
     )
     margin = held.margin.view(-1, tries)
-    stable = valid & (margin >= 0)
+    stable = valid & (margin >= -slack[:, None])
     size = chosen.sum(dim=-1).masked_fill(~stable, 99)
     smallest = size == size.amin(dim=1, keepdim=True)
     off_center = (held.center - center[:, None].expand(-1, tries, -1).flatten(0, 1)[:, [0, 2]]).norm(dim=-1)

@@ -1,3 +1,5 @@
+import torch
+
 from blockstab.stability.removal import falls_if_removed
 from tests import worlds
 from tests.worlds import judge
@@ -5,7 +7,10 @@ from tests.worlds import judge
 
 def falls(*blocks: worlds.Block) -> list[list[int]]:
     verdict = judge(*blocks)
-    table = falls_if_removed(verdict.boxes, verdict.movable, verdict.candidates, verdict.balance.stable)
+    exact = torch.zeros(len(blocks), dtype=torch.float64)
+    table = falls_if_removed(
+        verdict.boxes, verdict.movable, verdict.candidates, verdict.balance.stable, exact
+    )
     return [row.nonzero()[:, 0].tolist() for row in table]
 
 

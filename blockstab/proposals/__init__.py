@@ -1,0 +1,43 @@
+"""First guesses at the objects of an image, to be improved by a search."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from torch import Tensor
+
+from blockstab.rgbd.cloud import Cloud
+from blockstab.rgbd.frame import Frame
+from blockstab.rgbd.ground import Ground
+
+
+@dataclass(frozen=True)
+class Proposed:
+    """Regions of an image, each meant to be one object or one piece of background.
+
+    Args:
+        label: (H, W) int64; 0 = no region, ids carry no order.
+        known: for ids of which the proposal knows it, whether they are background (table, floor, wall).
+    """
+
+    label: Tensor
+    known: Mapping[int, bool] = field(default_factory=dict)
+
+
+class Proposal(Protocol):
+    """Anything that divides an image into regions: a class with its settings, called once per image."""
+
+    def __call__(self, frame: Frame, cloud: Cloud, ground: Ground) -> Proposed:
+        """Divide the image.
+
+        Args:
+            frame: the image.
+            cloud: its points, in the world frame.
+            ground: the ground plane, and which way is up.
+
+        Convention:
+            The same image gives the same regions, bit for bit, in any process.
+        """
+        ...
