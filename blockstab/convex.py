@@ -159,11 +159,14 @@ def _corners(points: Tensor) -> tuple[Tensor, Tensor]:
         chord = points[:, 2:] - points[:, :-2]
         height = _cross(chord, points[:, 1:-1] - points[:, :-2])
         room = slack * chord.abs().sum(dim=0)
-        level = (height.abs() <= room) & (place < count)
-        # Two neighbours that are both level may be one corner twice: drop one at a time.
+        inner = (place < count) & (count > 2)
+        inside, level = inner & (height > room), inner & (height.abs() <= room)
+        # Points that coincide to within rounding are level because of each other: drop no two neighbours
+        # at once, and none beside a point that leaves for good reason.
         odd = level & (place % 2 == 1)
-        drop = (height > room) | odd | (level & ~odd.any(dim=0))
-        index, size = _packed(pad(~drop & (place < count), (0, 0, 1, 0), value=True))
+        level = torch.where(odd.any(dim=0), odd, level) & ~inside.any(dim=0)
+        drop = inside | level
+        index, size = _packed(pad((place < count) & ~drop, (0, 0, 1, 0), value=True))
         if torch.equal(size, count):
             return order.gather(0, _last_repeated(walk, count)), count
         walk, points, count = walk.gather(0, index), _pick(points, index), size

@@ -1,4 +1,4 @@
-"""Convex polygons: worked by hand, in exact contact, moved rigidly, against Qhull, GEOS and integer arithmetic."""
+"""Convex polygons: by hand, in exact contact, turned, against Qhull, GEOS and integer arithmetic."""
 
 from __future__ import annotations
 

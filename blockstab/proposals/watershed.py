@@ -55,7 +55,7 @@ class Watershed:
         parts = join(fine, torch.where(floor, GROUND_ID, 2 * (fine > 0)))
         _, others = torch.unique(torch.where(floor, 0, parts), return_inverse=True)
         objects = self._merged(others, strength)
-        label = torch.where(floor, GROUND_ID, objects + GROUND_ID * (objects > 0))
+        label = torch.where(floor, GROUND_ID, torch.where(objects > 0, objects + GROUND_ID, 0))
         return Proposed(self._without_small(label, strength), {GROUND_ID: True})
 
     def _merged(self, fine: Tensor, strength: Tensor) -> Tensor:

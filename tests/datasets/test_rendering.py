@@ -15,7 +15,7 @@ from blockstab.rgbd.frame import Frame
 Upright = Callable[[Sequence[tuple[float, ...]]], Boxes]
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def pictures(upright: Upright) -> list[Frame]:
     """One block by itself, from four sides."""
     pile = upright([(0.0, 0.1, 0.0, 0.05, 0.1, 0.05)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from blockstab.datasets.folder import read_truth, scene_folders
 from blockstab.datasets.sensor import axial_noise
 from blockstab.datasets.simulated import simulate_scene, write_simulated
 from blockstab.datasets.truth import Truth
+from blockstab.rgbd.cloud import cloud_from_frame
 from blockstab.rgbd.frame import Frame, read_scene
 
 pytest.importorskip("mujoco", reason="the extra `sim` is not installed")
@@ -36,14 +38,6 @@ def up_of(truth: Truth) -> torch.Tensor:
 def label_of(frame: Frame) -> torch.Tensor:
     assert frame.label is not None
     return frame.label
-
-
-def points_of(frame: Frame) -> torch.Tensor:
-    height, width = frame.depth.shape
-    v, u = torch.meshgrid(torch.arange(height), torch.arange(width), indexing="ij")
-    c = frame.camera
-    rays = torch.stack([(u - c.cx) / c.fx, (v - c.cy) / c.fy, torch.ones_like(frame.depth)], dim=-1)
-    return rays * frame.depth[..., None]
 
 
 def test_every_supporter_touches_what_it_supports(scenes: Scenes) -> None:
@@ -72,7 +66,7 @@ def test_what_the_table_supports_stands_on_one_plane_and_nothing_reaches_below_i
 
 def test_up_is_the_normal_of_the_table_that_the_sensor_measures(scenes: Scenes) -> None:
     for frame, truth in scenes:
-        table = points_of(frame)[(label_of(frame) == 1) & (frame.depth < 2.0)]
+        table = cloud_from_frame(frame).points[(label_of(frame) == 1) & (frame.depth < 2.0)]
         heights = table @ up_of(truth)
         assert float((heights - heights.median()).abs().quantile(0.9)) < 0.01
         lowest = (boxes_of(truth).corners() @ up_of(truth)).amin()
@@ -81,7 +75,7 @@ def test_up_is_the_normal_of_the_table_that_the_sensor_measures(scenes: Scenes) 
 
 def test_measured_points_lie_on_the_true_boxes_within_the_noise(scenes: Scenes) -> None:
     for frame, truth in scenes:
-        points = points_of(frame)
+        points = cloud_from_frame(frame).points
         boxes = boxes_of(truth)
         for i, o in enumerate(truth.objects):
             mine = label_of(frame) == o.id
@@ -114,19 +108,24 @@ def test_what_rests_on_one_thing_alone_falls_without_it(scenes: Scenes) -> None:
                 assert o.id in falling[o.supported_by[0]]
 
 
-def test_scenes_and_bytes_do_not_depend_on_the_number_of_jobs(tmp_path: Path) -> None:
-    one = write_simulated(tmp_path / "one", "blocks", 2, seed=3, jobs=1)
-    two = write_simulated(tmp_path / "two", "blocks", 2, seed=3, jobs=2)
-    assert [f.name for f in one] == [f.name for f in two] == ["blocks_0000", "blocks_0001"]
-    for a, b in zip(one, two, strict=True):
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Two scenes of seed 3, made by one job."""
+    return write_simulated(tmp_path_factory.mktemp("one"), "blocks", 2, seed=3)
+
+
+def test_scenes_and_bytes_do_not_depend_on_the_number_of_jobs(tmp_path: Path, written: list[Path]) -> None:
+    two = write_simulated(tmp_path, "blocks", 2, seed=3, jobs=2)
+    assert [f.name for f in written] == [f.name for f in two] == ["blocks_0000", "blocks_0001"]
+    for a, b in zip(written, two, strict=True):
         names = sorted(f.name for f in a.iterdir())
         assert names == ["color.png", "depth.png", "label.png", "meta.json"]
         assert all((a / name).read_bytes() == (b / name).read_bytes() for name in names)
-    assert (one[0] / "depth.png").read_bytes() != (one[1] / "depth.png").read_bytes()
+    assert (two[0] / "depth.png").read_bytes() != (two[1] / "depth.png").read_bytes()
 
 
-def test_a_written_scene_is_the_simulated_one(tmp_path: Path) -> None:
-    (folder,) = write_simulated(tmp_path, "blocks", 1, seed=3)
+def test_a_written_scene_is_the_simulated_one(written: list[Path]) -> None:
+    folder = written[0]
     frame, truth = simulate_scene("blocks", 3, 0)
     found, told = read_scene(folder), read_truth(folder)
     assert found.name == frame.name
@@ -140,15 +139,20 @@ def test_a_written_scene_is_the_simulated_one(tmp_path: Path) -> None:
     ]
 
 
-def test_a_second_run_makes_only_what_is_missing_and_another_seed_makes_all(tmp_path: Path) -> None:
-    (first,) = write_simulated(tmp_path, "blocks", 1, seed=3)
-    made, depth = first.stat().st_ino, (first / "depth.png").read_bytes()
-    folders = write_simulated(tmp_path, "blocks", 2, seed=3)
-    assert folders == scene_folders(tmp_path)
-    assert first.stat().st_ino == made
-    write_simulated(tmp_path, "blocks", 1, seed=4)
-    assert (first / "depth.png").read_bytes() != depth
-    assert read_truth(first).support_annotated
+def test_a_second_run_makes_only_what_is_missing(tmp_path: Path, written: list[Path]) -> None:
+    first = tmp_path / "blocks_0000"
+    shutil.copytree(written[0], first)
+    kept = first.stat().st_ino
+    assert write_simulated(tmp_path, "blocks", 2, seed=3) == scene_folders(tmp_path)
+    assert first.stat().st_ino == kept
+    assert (tmp_path / "blocks_0001" / "depth.png").read_bytes() == (written[1] / "depth.png").read_bytes()
+
+
+def test_another_seed_replaces_the_scenes(tmp_path: Path, written: list[Path]) -> None:
+    shutil.copytree(written[0], tmp_path / "blocks_0000")
+    (folder,) = write_simulated(tmp_path, "blocks", 1, seed=4)
+    assert (folder / "depth.png").read_bytes() != (written[0] / "depth.png").read_bytes()
+    assert list(tmp_path.iterdir()) == [folder]
 
 
 def test_a_folder_that_is_no_simulated_scene_is_not_overwritten(tmp_path: Path) -> None:

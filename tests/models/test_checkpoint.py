@@ -189,7 +189,10 @@ def test_a_malformed_record_is_refused(text, saved):
             lambda r: r["potentials"]["unary"].update(arguments={"hidden": 33}),
             "unary.head.layers.0.weight must",
         ),
-        (lambda r: r["potentials"]["unary"].update(arguments={"hidden": 10**12}), "unary.head.layers.0.weight"),
+        (
+            lambda r: r["potentials"]["unary"].update(arguments={"hidden": 10**12}),
+            "unary.head.layers.0.weight",
+        ),
         (
             lambda r: r["potentials"]["unary"].update(arguments={"hidden": 10**30}),
             "does not take the arguments",

@@ -1,0 +1,52 @@
+# Every target makes .venv by itself when it is missing or out of date; nothing has to be typed first.
+
+PYTHON ?= $(shell for p in python3.11 python3.12 python3.13 python3; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
+BIN := .venv/bin
+STAMP := .venv/.installed
+DEMO := out/demo
+JOBS ?= 2
+
+.PHONY: setup demo test lint types bench docs pretrained python
+.DEFAULT_GOAL := setup
+
+setup: $(STAMP)
+
+python:
+	@test -n "$(PYTHON)" || { echo "blockstab needs Python 3.11 or newer, and none was found; install it, or name it: make PYTHON=/path/to/python3.11"; exit 1; }
+
+$(STAMP): pyproject.toml constraints.txt | python
+	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt torch
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs]'
+	@touch $@
+
+demo: $(STAMP)
+	$(BIN)/blockstab simulate --preset blocks --count 24 --seed 1 --jobs $(JOBS) --out $(DEMO)/train
+	$(BIN)/blockstab simulate --preset blocks --count 8 --seed 2 --jobs $(JOBS) --out $(DEMO)/test
+	$(BIN)/python train.py potential=svm data=folder data.root=$(DEMO)/train output=$(DEMO)/svm cache=$(DEMO)/examples jobs=$(JOBS)
+	$(BIN)/python train.py potential=mlp data=folder data.root=$(DEMO)/train output=$(DEMO)/mlp cache=$(DEMO)/examples jobs=$(JOBS)
+	$(BIN)/blockstab parse $(DEMO)/test/* --potentials $(DEMO)/svm.json --jobs $(JOBS) --out $(DEMO)/parsed
+	$(BIN)/python evaluate.py experiment=blocks data=folder data.root=$(DEMO)/test potentials=$(DEMO)/svm.json out=$(DEMO)/evaluation jobs=$(JOBS)
+	@echo "Look at the reports: $(DEMO)/parsed/*/report.html"
+
+test: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(JOBS) tests
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(STAMP)
+	$(BIN)/mypy
+
+bench: $(STAMP)
+	$(BIN)/python -m pytest benchmarks -o python_files='bench_*.py' --benchmark-columns=min,median,ops
+
+docs: $(STAMP)
+	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build
+	@echo "docs/_build/index.html"
+
+pretrained: $(STAMP)
+	$(BIN)/python train.py potential=svm output=models/pretrained/svm jobs=$(JOBS)
+	$(BIN)/python train.py potential=mlp output=models/pretrained/mlp jobs=$(JOBS)

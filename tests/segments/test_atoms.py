@@ -1,0 +1,181 @@
+"""What every partition into atoms must keep to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from scipy import ndimage
+from torch import Tensor
+
+from blockstab.rgbd.cloud import cloud_from_frame
+from blockstab.rgbd.frame import read_scene
+from blockstab.segments.atoms import MIN_ATOM_PX, absorb_small, join, make_atoms, over_segment
+from blockstab.segments.boundaries import boundary_strength
+from blockstab.segments.gaps import without_gaps
+from tests.block_scene import STACK, picture
+from tests.tolerance import EXACT
+
+EDGE = 0.8
+
+
+def two_halves(ridge: float = EDGE) -> Tensor:
+    """Weak everywhere but along one column."""
+    strength = torch.zeros(40, 60, dtype=torch.float64)
+    strength[:, 30] = ridge
+    return strength
+
+
+def grainy(generator: torch.Generator) -> tuple[Tensor, Tensor]:
+    """Random strength, and a mask with holes and islands."""
+    strength = torch.rand(90, 120, dtype=torch.float64, generator=generator)
+    valid = torch.rand(90, 120, generator=generator) > 0.1
+    valid[30:60, 40:70] = False
+    valid[43:46, 50:53] = True
+    return strength, valid
+
+
+def assert_atoms(label: Tensor) -> None:
+    """Numbered from 1 without gaps, 4-connected, and large enough."""
+    sizes = torch.bincount(label.flatten())[1:]
+    assert int(sizes.min()) >= MIN_ATOM_PX
+    for atom in range(1, int(label.max()) + 1):
+        assert ndimage.label(label.numpy() == atom)[1] == 1
+
+
+def test_an_edge_parts_two_atoms() -> None:
+    label = over_segment(two_halves(), torch.ones(40, 60, dtype=torch.bool))
+    assert int(label.max()) == 2
+    assert label[0, 0] != label[0, 59]
+
+
+def test_a_picture_without_edges_is_one_atom() -> None:
+    flat = torch.zeros(30, 30, dtype=torch.float64)
+    assert bool((over_segment(flat, torch.ones(30, 30, dtype=torch.bool)) == 1).all())
+
+
+def test_a_picture_without_depth_has_no_atoms() -> None:
+    flat = torch.zeros(30, 30, dtype=torch.float64)
+    label = over_segment(flat, torch.zeros(30, 30, dtype=torch.bool))
+    assert not label.any()
+    assert len(make_atoms(label, flat)) == 0
+
+
+def test_atoms_are_connected_and_large_enough(generator: torch.Generator) -> None:
+    assert_atoms(over_segment(*grainy(generator)))
+
+
+def test_atoms_cover_what_has_depth_and_its_small_gaps(generator: torch.Generator) -> None:
+    strength, valid = grainy(generator)
+    covered = without_gaps(valid)
+    assert bool(covered[44, 51])  # an island of 9 pixels, smaller than an atom
+    covered[40:50, 46:56] = False
+    assert torch.equal(over_segment(strength, valid) > 0, covered)
+
+
+def test_the_same_picture_gives_the_same_atoms(generator: torch.Generator) -> None:
+    strength, valid = grainy(generator)
+    kept = strength.clone(), valid.clone()
+    assert torch.equal(over_segment(strength, valid), over_segment(strength, valid))
+    assert torch.equal(strength, kept[0])
+    assert torch.equal(valid, kept[1])
+
+
+def test_real_pictures_have_a_few_hundred_atoms(real_scenes: Path) -> None:
+    frame = read_scene(real_scenes / "osd" / "learn20")
+    cloud = cloud_from_frame(frame)
+    label = over_segment(boundary_strength(frame, cloud), cloud.valid)
+    assert_atoms(label)
+    assert 150 <= int(label.max()) <= 400
+
+
+def test_borders_are_measured_along_their_length() -> None:
+    label = torch.tensor([[1, 1, 2], [1, 1, 2], [3, 3, 0]])
+    strength = torch.tensor([[0.0, 0.2, 0.6], [0.0, 0.1, 0.0], [0.4, 0.0, 1.0]], dtype=torch.float64)
+    atoms = make_atoms(label, strength)
+    assert atoms.pixels.tolist() == [4, 2, 2]
+    assert list(zip(atoms.first.tolist(), atoms.second.tolist(), strict=True)) == [(0, 1), (0, 2)]
+    assert atoms.border_px.tolist() == [2.0, 2.0]
+    assert atoms.strength.tolist() == pytest.approx([(0.6 + 0.1) / 2, (0.4 + 0.1) / 2], abs=EXACT)
+
+
+def test_borders_agree_with_a_count_pixel_by_pixel(generator: torch.Generator) -> None:
+    label = torch.randint(0, 5, (12, 17), generator=generator)
+    label[0, :4] = torch.arange(1, 5)
+    strength = torch.rand(12, 17, dtype=torch.float64, generator=generator)
+    found: dict[tuple[int, int], list[float]] = {}
+    for (row, column), a in np.ndenumerate(label.numpy()):
+        for r, c in ((row + 1, column), (row, column + 1)):
+            if r < 12 and c < 17 and a > 0 and label[r, c] > 0 and a != label[r, c]:
+                pair = min(a, int(label[r, c])) - 1, max(a, int(label[r, c])) - 1
+                found.setdefault(pair, []).append(max(float(strength[row, column]), float(strength[r, c])))
+    atoms = make_atoms(label, strength)
+    assert list(zip(atoms.first.tolist(), atoms.second.tolist(), strict=True)) == sorted(found)
+    assert atoms.border_px.tolist() == [len(found[pair]) for pair in sorted(found)]
+    means = [sum(found[pair]) / len(found[pair]) for pair in sorted(found)]
+    assert atoms.strength.tolist() == pytest.approx(means, abs=EXACT)
+
+
+def test_numbers_with_gaps_are_refused() -> None:
+    label = torch.tensor([[1, 3]])
+    with pytest.raises(ValueError, match="2 is missing"):
+        make_atoms(label, torch.zeros(1, 2, dtype=torch.float64))
+
+
+@pytest.mark.parametrize("stage", [make_atoms, join])
+def test_images_of_two_sizes_are_refused(stage) -> None:
+    with pytest.raises(ValueError, match="one size"):
+        stage(torch.ones(4, 5, dtype=torch.int64), torch.ones(5, 4, dtype=torch.int64))
+
+
+def test_a_small_part_joins_across_its_weakest_border() -> None:
+    label = torch.ones(20, 21, dtype=torch.int64)
+    label[:, 9:11], label[:, 11:] = 2, 3
+    strength = torch.zeros(20, 21, dtype=torch.float64)
+    strength[:, 8] = EDGE
+    assert absorb_small(make_atoms(label, strength), 50)[0].tolist() == [1] * 9 + [2] * 12
+
+
+def test_a_small_part_without_neighbours_stays() -> None:
+    label = torch.zeros(9, 9, dtype=torch.int64)
+    label[4, 4] = 1
+    assert torch.equal(absorb_small(make_atoms(label, torch.zeros(9, 9, dtype=torch.float64)), 50), label)
+
+
+def test_joined_partitions_give_every_coarse_region_its_own_parts(generator: torch.Generator) -> None:
+    strength, valid = grainy(generator)
+    fine = over_segment(strength, valid)
+    coarse = torch.zeros_like(fine)
+    coarse[10:70, 5:55], coarse[20:50, 55:90], coarse[30:40, 20:60] = 9, 2, 40000
+    parts = join(fine, coarse)
+    assert torch.equal(parts > 0, coarse > 0)
+    for part in range(1, int(parts.max()) + 1):
+        assert len(coarse[parts == part].unique()) == 1
+    assert_atoms(parts)
+
+
+def test_a_coarse_region_without_atoms_stands_alone() -> None:
+    fine = torch.zeros(20, 20, dtype=torch.int64)
+    coarse = torch.zeros(20, 20, dtype=torch.int64)
+    coarse[2:10, 2:10] = 5
+    assert torch.equal(join(fine, coarse), (coarse > 0).long())
+
+
+def test_two_pieces_of_a_coarse_region_are_two_parts() -> None:
+    fine = torch.ones(20, 40, dtype=torch.int64)
+    coarse = torch.full((20, 40), 3)
+    coarse[:, 18:22] = 0
+    assert int(join(fine, coarse).max()) == 2
+
+
+def test_join_keeps_the_truth_of_a_picture() -> None:
+    scene = picture(STACK)
+    strength = boundary_strength(scene.frame, scene.cloud)
+    truth = scene.frame.label
+    parts = join(over_segment(strength, scene.cloud.valid), truth)
+    assert torch.equal(parts > 0, truth > 0)
+    owner = torch.zeros(int(parts.max()) + 1, dtype=torch.int64)
+    owner[parts] = truth
+    assert torch.equal(owner[parts], truth)
