@@ -1,4 +1,4 @@
-"""Many images, one after the other or side by side: bad ones are reported, finished ones are not done again."""
+"""Many images, in turn or side by side: bad ones are reported, finished ones are not done again."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def parse_all(
 ) -> list[Outcome]:
     """Parse every image into its folder under `out`, with a progress bar.
 
-    A job whose result was made by this version with the same settings from the same files is not done again. Each
-    image has one thread of one worker, so that the result does not depend on how many there are.
+    A job whose result is there, made by this version with the same settings from the same files, is not done
+    again. Each image has one thread of one worker, so that the result does not depend on how many there are.
 
     Args:
         settings: all that decides the result beside the image, in words.
@@ -63,7 +63,8 @@ def parse_all(
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise ValueError(
-            f"Each scene needs a name of its own, but {names.count(twice)} are called {twice}; parse them to different folders."
+            f"Each scene needs a name of its own, but {names.count(twice)} are called {twice}; "
+            "parse them to different folders."
         )
     tasks = (delayed(_parse_one)(job, parser, settings, out / job.name, report) for job in jobs)
     outcomes = Parallel(n_jobs=workers, return_as="generator_unordered")(tasks)
@@ -91,7 +92,9 @@ def _parse_one(job: Job, parser: Parser, settings: str, folder: Path, report: bo
             {"version": __version__, "settings": settings, "inputs": _digest(job.inputs), "report": report}
         )
         stamp = folder / MADE
-        if stamp.is_file() and stamp.read_text() == made:
+        files = ("labels.png", "scene.json", *(["report.html"] if report else []))
+        whole = all((folder / file).is_file() for file in files)
+        if whole and stamp.is_file() and stamp.read_text() == made:
             return Outcome(job.name, None)
         parsed = parser(job.read())
         stamp.unlink(missing_ok=True)

@@ -6,11 +6,14 @@ import math
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
 from blockstab.batch import Job, parse_all
+from blockstab.features.merging import MERGE_COLUMNS
+from blockstab.features.pairwise import PAIRWISE_COLUMNS
+from blockstab.features.unary import UNARY_COLUMNS
 from blockstab.parser import Parser, Potentials, estimated_ground, given_ground
 from blockstab.proposals import Proposal
 from blockstab.proposals.felzenszwalb import Felzenszwalb
@@ -31,18 +34,24 @@ app = typer.Typer(
 
 
 class ProposalName(StrEnum):
+    """Values of --proposals."""
+
     watershed = "watershed"
     felzenszwalb = "felzenszwalb"
     labels = "labels"
 
 
 class SearchName(StrEnum):
+    """Values of --search."""
+
     rsamp = "rsamp"
     greedy = "greedy"
     none = "none"
 
 
 class UpName(StrEnum):
+    """Values of --up."""
+
     estimate = "estimate"
     meta = "meta"
 
@@ -62,8 +71,8 @@ SEARCHES: dict[SearchName, type[Search]] = {
 @app.command()
 def parse(
     scenes: Annotated[list[Path] | None, typer.Argument(help="Scene folders.")] = None,
-    out: Annotated[Path, typer.Option(help="Folder for the results; each scene gets one in it.")] = Path("out"),
-    color: Annotated[Path | None, typer.Option(help="A loose colour image, instead of scene folders.")] = None,
+    out: Annotated[Path, typer.Option(help="Where the results go, a folder for each scene.")] = Path("out"),
+    color: Annotated[Path | None, typer.Option(help="A colour image, instead of scene folders.")] = None,
     depth: Annotated[Path | None, typer.Option(help="Its depth: 16-bit PNG, millimetres.")] = None,
     fx: Annotated[float, typer.Option(help="Focal length, pixels.")] = math.nan,
     fy: Annotated[float, typer.Option(help="Focal length, pixels.")] = math.nan,
@@ -90,7 +99,7 @@ def parse(
             ground_of=estimated_ground if up is UpName.estimate else given_ground,
             seed=seed,
         )
-        settings = f"{proposals} {search} {parser.potentials.sha256} {up} {seed}"
+        settings = f"{proposals} {search} {parser.potentials.sha256} {up} {seed} {fx} {fy} {cx} {cy}"
         outcomes = parse_all(work, parser, settings, out, workers=jobs)
     except ValueError as error:
         _stop(str(error))
@@ -126,6 +135,7 @@ def main() -> None:
 
 
 def folder_job(folder: Path) -> Job:
+    """The job of parsing one scene folder."""
     files = tuple(folder / name for name in ("color.png", "depth.png", "label.png", "meta.json"))
     return Job(folder.resolve().name, partial(read_scene, folder), files)
 
@@ -137,9 +147,17 @@ def _loose_job(color: Path | None, depth: Path | None, camera: Camera) -> Job:
 
 
 def _potentials(name: str) -> Potentials:
-    from models.checkpoint import load_potentials
+    from models.checkpoint import check_columns, load_potentials
 
-    return load_potentials(name)
+    found = load_potentials(name)
+    if found.merge is None:
+        raise ValueError(
+            f"{name} holds no potential of merging, which a search starts with; train one with train.py."
+        )
+    check_columns(found.unary, UNARY_COLUMNS)
+    check_columns(found.pairwise, PAIRWISE_COLUMNS)
+    check_columns(found.merge, MERGE_COLUMNS)
+    return cast(Potentials, found)  # its `merge` is there
 
 
 def _stop(message: str) -> None:

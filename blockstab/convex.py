@@ -10,6 +10,7 @@ from torch import Tensor
 from torch.nn.functional import pad
 
 _SLACK = 1e-13  # of the largest coordinate: rounding moves no point as far, so anything nearer is contact
+_ROUNDING = 1e-15  # of the two products: more than rounding changes their difference
 
 
 @dataclass(frozen=True)
@@ -43,13 +44,19 @@ def concatenate(parts: Sequence[Polygons]) -> Polygons:
     return Polygons(torch.cat(vertices), torch.cat([part.count for part in parts]))
 
 
+def segments(ends: Tensor) -> Polygons:
+    """Polygons that are line segments, from their two ends (B, 2, 2); points where the ends coincide."""
+    same = (ends[:, 0] == ends[:, 1]).all(dim=1)
+    return Polygons(ends, torch.where(same, 1, 2))
+
+
 def hull(points: Tensor, present: Tensor | None = None) -> Polygons:
     """Convex hulls of B sets of points, all in step; differentiable.
 
     As in the monotone chain of Andrew (1979), points are walked from left to right and back, and those that
     make no left turn are dropped; a round drops all of them at once. Vertices are points of the input to the
-    bit, without repeats and without points between two others on a line. Whatever is nearer than 1e-13 of
-    the set's largest coordinate counts as equal.
+    bit, without repeats and without points between two others. Whatever is nearer than 1e-13 of the set's
+    largest coordinate counts as equal.
 
     Args:
         points: (B, n, 2) metres.
@@ -140,46 +147,64 @@ def signed_distance(polygons: Polygons, points: Tensor) -> Tensor:
 
 def _corners(points: Tensor) -> tuple[Tensor, Tensor]:
     """Indices (w, B) of the hulls' corners among points (2, n, B), the last repeated; their number (B,)."""
-    n = points.shape[1]
-    slack = _SLACK * points.abs().amax(dim=(0, 1))
-    order = _left_to_right(points, slack)
+    n, slack = points.shape[1], _SLACK * points.abs().amax(dim=(0, 1))
+    by_y = points[1].argsort(dim=0)
+    order = by_y.gather(0, points[0].gather(0, by_y).argsort(dim=0, stable=True))
     points = _pick(points, order)
-    # Out along the points below the line between the ends, and back along those above it.
-    across = points[:, -1] - points[:, 0]
-    height = _cross(across[:, None], points - points[:, :1])
-    room = slack * across.abs().sum(dim=0)
-    out = height < -room
-    out[-1] = across.abs().amax(dim=0) > slack
-    out[0] = True
-    index, count = _packed(torch.cat([out, (height > room).flip(0)]))
+    # From the leftmost point to the rightmost along the points below their line, and back along those above.
+    first, last = points[:, :1], points[:, -1:]
+    below, above = _left_of(last, first, points), _left_of(first, last, points)
+    below[0] = below[-1] = True
+    thin, ends = _thin(points, 10 * slack)
+    index, count = _packed(torch.cat([torch.where(thin, ends, below), (above & ~thin).flip(0)]))
+    place = torch.arange(len(index), device=index.device)[:, None]
+    index = torch.where(place < count, index, index[0])
     walk = torch.minimum(index, 2 * n - 1 - index)
     points = _pick(points, walk)
     while True:
         place = torch.arange(1, len(walk) - 1, device=walk.device)[:, None]
-        chord = points[:, 2:] - points[:, :-2]
-        height = _cross(chord, points[:, 1:-1] - points[:, :-2])
-        room = slack * chord.abs().sum(dim=0)
-        inner = (place < count) & (count > 2)
-        inside, level = inner & (height > room), inner & (height.abs() <= room)
-        # Points that coincide to within rounding are level because of each other: drop no two neighbours
-        # at once, and none beside a point that leaves for good reason.
-        odd = level & (place % 2 == 1)
-        level = torch.where(odd.any(dim=0), odd, level) & ~inside.any(dim=0)
-        drop = inside | level
-        index, size = _packed(pad((place < count) & ~drop, (0, 0, 1, 0), value=True))
-        if torch.equal(size, count):
-            return order.gather(0, _last_repeated(walk, count)), count
-        walk, points, count = walk.gather(0, index), _pick(points, index), size
+        before, here, after = points[:, :-2], points[:, 1:-1], points[:, 2:]
+        drop = (place < count) & _left_of(before, after, here)
+        if not bool(drop.any()):
+            # Points that nearly coincide are between others because of each other: drop no two neighbours.
+            between = (place < count) & _between(before, after, here, slack)
+            odd = between & (place % 2 == 1)
+            drop = torch.where(odd.any(dim=0), odd, between)
+        if not bool(drop.any()):
+            break
+        index, count = _packed(pad((place < count) & ~drop, (0, 0, 1, 0), value=True))
+        walk, points = walk.gather(0, index), _pick(points, index)
+    # The leftmost point itself lies between others where an upright edge passes through it.
+    turn = torch.stack([count - 2, count - 1, count * 0, (count > 1).long(), 2 * (count > 2)])
+    before, last, first, second, after = _pick(points, turn.clamp(min=0)).unbind(1)
+    spare = (count > 1) & _between(last, second, first, slack)
+    spare &= ~_left_of(before, second, last) & ~_left_of(last, after, second)
+    place = torch.arange(len(walk) - 1, device=walk.device)[:, None] + spare
+    return order.gather(0, walk.gather(0, place.minimum(count - 1))), count - spare.long()
 
 
-def _left_to_right(points: Tensor, slack: Tensor) -> Tensor:
-    """Order (n, B) of points (2, n, B) by x, and from bottom to top where x is equal to within the slack."""
-    x, by_x = points[0].T.contiguous().sort(dim=1)
-    y = points[1].T.gather(1, by_x)
-    column = pad((x.diff(dim=1) > slack[:, None]).cumsum(dim=1), (1, 0))
-    height = y - y.amin(dim=1, keepdim=True)
-    key = column + 0.5 * height / height.amax(dim=1, keepdim=True).clamp(min=torch.finfo(y.dtype).tiny)
-    return by_x.gather(1, key.argsort(dim=1)).T.contiguous()
+def _thin(points: Tensor, width: Tensor) -> tuple[Tensor, Tensor]:
+    """Which sets of points (2, n, B) are but a line, give or take the width; and which points are its ends."""
+    arm = points - points[:, :1]
+    line = _pick(arm, arm.square().sum(dim=0).argmax(dim=0)[None])
+    thin = (_cross(line, arm).abs() <= width * line.abs().sum(dim=0)).all(dim=0)
+    along = (line * arm).sum(dim=0)
+    place = torch.arange(len(along), device=along.device)[:, None]
+    return thin, (place == along.argmin(dim=0)) | (place == along.argmax(dim=0))
+
+
+def _left_of(start: Tensor, end: Tensor, points: Tensor) -> Tensor:
+    """Whether points lie to the left of a directed line, beyond the doubt of rounding (Shewchuk 1997)."""
+    line, arm = end - start, points - start
+    right, left = line[1] * arm[0], line[0] * arm[1]
+    return left - right > _ROUNDING * (left.abs() + right.abs())
+
+
+def _between(start: Tensor, end: Tensor, points: Tensor, slack: Tensor) -> Tensor:
+    """Whether points lie on a segment, give or take the slack."""
+    line, arm = end - start, points - start
+    room = slack * line.abs().sum(dim=0)
+    return (_cross(line, arm).abs() <= room) & ((arm * (end - points)).sum(dim=0) >= -room - slack.square())
 
 
 def _half_planes(polygons: Polygons) -> tuple[Tensor, Tensor]:
@@ -219,7 +244,9 @@ def _cut(
     crossing = corners + share * (corners.roll(-1, dims=1) - corners)
     kept = (depth >= 0) & (place < count)
     index, count = _packed(torch.stack([kept, crossed], dim=1).flatten(0, 1))
-    return _pick(torch.stack([corners, crossing], dim=2).flatten(1, 2), _last_repeated(index, count)), count
+    place = torch.arange(len(index) - 1, device=index.device)[:, None]
+    index = index.gather(0, place.minimum((count - 1).clamp(min=0)))
+    return _pick(torch.stack([corners, crossing], dim=2).flatten(1, 2), index), count
 
 
 def _packed(flags: Tensor) -> tuple[Tensor, Tensor]:
@@ -229,11 +256,6 @@ def _packed(flags: Tensor) -> tuple[Tensor, Tensor]:
     place = torch.arange(flags.shape[0], device=flags.device)[:, None]
     target = flags.cumsum(dim=0) * flags
     return target.new_zeros(width + 2, flags.shape[1]).scatter(0, target, place.expand_as(target))[1:], count
-
-
-def _last_repeated(index: Tensor, count: Tensor) -> Tensor:
-    place = torch.arange(len(index) - 1, device=index.device)[:, None]
-    return index.gather(0, place.minimum((count - 1).clamp(min=0)))
 
 
 def _planar(vertices: Tensor) -> Tensor:

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 
 import torch
 from torch import Tensor
+from torch.nn.functional import pad
 
 from blockstab.features.pairwise import pairwise_features
 from blockstab.features.unary import unary_features
 from blockstab.scene import Scene
 
 Potential = Callable[[Tensor], Tensor]  # features (N, F) to potentials (N,); lower is better
+
+_BLOCK = 64  # rows that a potential is asked for at a time
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,7 @@ class Rating:
 
 @dataclass(frozen=True)
 class Energy:
-    """E(S): the mean unary potential of the objects plus the mean pairwise potential of their boundaries (Eq. 2).
+    """Eq. 2: the mean unary potential of the objects plus the mean pairwise potential of their boundaries.
 
     Background takes no part in either mean. A mean over nothing is 0.
     """
@@ -42,17 +45,27 @@ class Energy:
     pairwise: Potential
 
     def __call__(self, scenes: Sequence[Scene]) -> list[Rating]:
-        """Rate scenes; each potential is asked once for all of them."""
+        """Rate scenes; a scene's rating does not depend on which others are rated with it."""
         if not scenes:
             return []
-        rows = [unary_features(scene) for scene in scenes]
-        pair_rows = [pairwise_features(scene) for scene in scenes]
-        unary = self.unary(torch.cat(rows)).split([len(r) for r in rows])
-        pairwise = self.pairwise(torch.cat(pair_rows)).split([len(r) for r in pair_rows])
+        unary = _asked(self.unary, [unary_features(scene) for scene in scenes])
+        pairwise = _asked(self.pairwise, [pairwise_features(scene) for scene in scenes])
         return [
             Rating(scene, phi, psi, _mean(phi[~scene.background]) + _mean(psi))
             for scene, phi, psi in zip(scenes, unary, pairwise, strict=True)
         ]
+
+
+def _asked(potential: Potential, parts: Sequence[Tensor]) -> tuple[Tensor, ...]:
+    """The potentials of the rows of each part, asked for together.
+
+    A matrix product rounds a row differently when it stands among few others, so the rows are asked for in
+    blocks of one size, the last of them filled up.
+    """
+    rows = torch.cat(list(parts))
+    blocks = torch.split(pad(rows, (0, 0, 0, -len(rows) % _BLOCK)), _BLOCK)
+    values = torch.cat([potential(block) for block in blocks])
+    return torch.split(values[: len(rows)], [len(part) for part in parts])
 
 
 def _mean(values: Tensor) -> float:

@@ -15,9 +15,10 @@ from torch import Tensor
 from blockstab.energy import Energy, Rating
 from blockstab.features.pairwise import boundaries
 from blockstab.features.unary import unary_features
-from blockstab.interpretation import Interpreter, Rules
+from blockstab.interpretation import Interpreter
 from blockstab.parsed import Parsed
 from blockstab.proposals import Proposal, Proposed
+from blockstab.reasoning import Rules
 from blockstab.rgbd.cloud import Cloud, cloud_from_frame
 from blockstab.rgbd.frame import Frame
 from blockstab.rgbd.ground import Ground, estimate_ground, ground_from_up

@@ -17,7 +17,9 @@ HEIGHT, WIDTH, FOCAL = 240, 320, 290.0
 TABLE_Y = -0.6  # metres below the camera
 TABLE = 1
 
-Block = tuple[Sequence[float], Sequence[float]]  # least and greatest x, height above the table, distance (metres)
+Block = tuple[
+    Sequence[float], Sequence[float]
+]  # least and greatest x, height above the table, distance (metres)
 
 # To the left and right of the middle, so that no side face is seen at a grazing angle.
 APART: tuple[Block, ...] = (((-0.4, 0, 0.6), (-0.25, 0.15, 0.75)), ((0.2, 0, 0.6), (0.35, 0.1, 0.72)))

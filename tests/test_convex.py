@@ -10,7 +10,7 @@ import torch
 from scipy.spatial import ConvexHull
 from torch import Tensor
 
-from blockstab.convex import Polygons, area, centroid, clip, hull, signed_distance
+from blockstab.convex import Polygons, area, centroid, clip, concatenate, hull, signed_distance
 from tests.tolerance import EXACT
 
 SQUARE = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
@@ -105,14 +105,15 @@ def test_hull_of_a_turned_grid_has_four_corners(generator: torch.Generator) -> N
         assert area(found).item() == pytest.approx(0.09, abs=EXACT)
 
 
-@pytest.mark.parametrize("apart", [1e-16, 1e-14, 1e-13, 3e-13, 1e-12, 1e-9])
+@pytest.mark.parametrize("angle", [0.0, 0.25 * math.pi, 1.0])
 def test_corners_that_nearly_coincide_do_not_cost_the_hull_its_corner(
-    apart: float, generator: torch.Generator
+    angle: float, generator: torch.Generator
 ) -> None:
-    noise = apart * torch.randn(200, 3, 4, 2, dtype=torch.float64, generator=generator)
-    points = (torch.tensor(SQUARE, dtype=torch.float64) + noise).flatten(1, 2)
-    found = area(hull(turned(points, angle=0.0, shift=(-0.4, 0.0))))
-    torch.testing.assert_close(found, torch.ones_like(found), rtol=0.0, atol=20 * apart + 1e-12)
+    for exponent in range(-18, -8):
+        noise = 10.0**exponent * torch.randn(500, 3, 4, 2, dtype=torch.float64, generator=generator)
+        points = (torch.tensor(SQUARE, dtype=torch.float64) + noise).flatten(1, 2)
+        found = area(hull(turned(points, angle, shift=(-0.4, 0.0))))
+        torch.testing.assert_close(found, torch.ones_like(found), rtol=0.0, atol=1e-12 + 20 * 10.0**exponent)
 
 
 def test_absent_points_do_not_move_the_hull(generator: torch.Generator) -> None:
@@ -226,6 +227,14 @@ def test_what_is_shared_is_convex_and_inside_both(generator: torch.Generator) ->
 def test_clip_wants_one_clipper_for_each_subject(generator: torch.Generator) -> None:
     with pytest.raises(ValueError, match="3 subjects came with 2 clippers"):
         clip(random_polygons(3, 5, generator), random_polygons(2, 5, generator))
+
+
+def test_polygons_of_different_width_stay_the_same_in_one_batch(generator: torch.Generator) -> None:
+    parts = [random_polygons(5, n, generator) for n in (1, 3, 20, 2)]
+    joined = concatenate(parts)
+    assert true_corners(joined) == [corners for part in parts for corners in true_corners(part)]
+    assert true_corners(joined[5:10]) == true_corners(parts[1])
+    torch.testing.assert_close(area(joined), torch.cat([area(part) for part in parts]), rtol=0.0, atol=EXACT)
 
 
 def test_area_and_centroid_agree_with_geos_far_from_the_origin(generator: torch.Generator) -> None:

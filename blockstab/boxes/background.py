@@ -16,13 +16,14 @@ class BackgroundRules:
     """What counts as background.
 
     A segment is background if at least `plane_share` of its points lie in one plane, and that plane is the
-    ground, or a wall larger than `wall_m`, or covers more than `image_share` of the image.
+    ground or level below it, or a wall larger than `wall_m`, or covers more than `image_share` of the image; or if
+    it lies deeper than `below_m` below the ground.
 
     Args:
         plane_m, plane_per_square_m: how far from the plane its points may lie, with r the distance from the
             camera: `plane_m + plane_per_square_m * r ** 2`.
         angle_deg: how far from horizontal the ground, from vertical a wall may be.
-        ground_m: how far from the ground plane the ground may lie.
+        ground_m: how far above the ground plane the ground may lie.
     """
 
     plane_share: float = 0.8
@@ -30,6 +31,7 @@ class BackgroundRules:
     plane_per_square_m: float = 2.9e-3
     angle_deg: float = 10.0
     ground_m: float = 0.01
+    below_m: float = 0.05
     wall_m: float = 1.5
     image_share: float = 0.2
 
@@ -57,9 +59,9 @@ def is_background(
     planar = near.sum(dim=1) >= rules.plane_share * count
     slope = normal[:, 1].abs()
     level = points[..., 1].masked_fill(~present, float("nan")).nanmedian(dim=1).values
-    at_ground = (slope > math.cos(math.radians(rules.angle_deg))) & (
-        (level - ground_height).abs() < rules.ground_m
-    )
+    at_ground = (slope > math.cos(math.radians(rules.angle_deg))) & (level - ground_height < rules.ground_m)
+    # What is seen beyond the edge of a table, and lower, does not stand on the table.
+    below = level < ground_height - rules.below_m
     wall = (slope < math.sin(math.radians(rules.angle_deg))) & (2 * boxes.half_extent.amax(dim=1) > rules.wall_m)
     lies_in_ground = (level - ground_height).abs() < 2 * rules.ground_m
-    return planar & (at_ground | wall | (share > rules.image_share)), lies_in_ground
+    return below | planar & (at_ground | wall | (share > rules.image_share)), lies_in_ground

@@ -27,7 +27,8 @@ class Boxes:
         half_extent: (N, 3) metres along each axis, at least `MIN_HALF_EXTENT`.
 
     Convention:
-        The order of the axes carries no meaning. Face `2 * k` looks along +axis k, face `2 * k + 1` along -axis k.
+        The order of the axes carries no meaning. Face `2 * k` looks along +axis k, face `2 * k + 1`
+        along -axis k.
     """
 
     center: Tensor
@@ -76,7 +77,7 @@ def checked(boxes: Boxes) -> Boxes:
     """Return `boxes` if they are well formed.
 
     Raises:
-        ValueError: naming the first box that is not finite, not right-handed, or too thin.
+        ValueError: naming the first box that is not finite, not orthonormal, left-handed, or too thin.
     """
     n = len(boxes)
     for name, shape in (("rotation", (n, 3, 3)), ("half_extent", (n, 3)), ("center", (n, 3))):
@@ -89,20 +90,26 @@ def checked(boxes: Boxes) -> Boxes:
     if not bool(finite.all()):
         raise ValueError(f"Box {int((~finite).nonzero()[0])} holds a value that is not finite.")
     identity = torch.eye(3, dtype=boxes.rotation.dtype, device=boxes.rotation.device)
-    skew = (boxes.rotation.transpose(1, 2) @ boxes.rotation - identity).abs().flatten(1).amax(dim=1) > 1e-6
-    det = torch.linalg.det(boxes.rotation)
-    bad = skew | (det < 0)
-    if bool(bad.any()):
-        i = int(bad.nonzero()[0])
+    skew = (boxes.rotation.transpose(1, 2) @ boxes.rotation - identity).abs().flatten(1).amax(dim=1)
+    if bool((skew > 1e-6).any()):
+        i = int((skew > 1e-6).nonzero()[0])
         raise ValueError(
-            f"Box axes must be the columns of a rotation matrix, but the determinant of box {i} is {float(det[i]):.3f}; "
-            "make its axes orthonormal, and negate one column if they are left-handed."
+            f"Box axes must be orthonormal columns, but those of box {i} miss it by {float(skew[i]):.1e}; "
+            "make them unit vectors at right angles to each other."
+        )
+    det = torch.linalg.det(boxes.rotation)
+    if bool((det < 0).any()):
+        i = int((det < 0).nonzero()[0])
+        raise ValueError(
+            f"Box axes must be the columns of a rotation matrix, but the determinant of box {i} is "
+            f"{float(det[i]):.3f}; negate one column to make the axes right-handed."
         )
     thin = boxes.half_extent.amin(dim=1) < MIN_HALF_EXTENT * (1 - 1e-9)
     if bool(thin.any()):
         i = int(thin.nonzero()[0])
         raise ValueError(
-            f"Half extents must be at least {MIN_HALF_EXTENT} m, but box {i} has {boxes.half_extent[i].tolist()}."
+            f"Half extents must be at least {MIN_HALF_EXTENT} m, but those of box {i} are "
+            f"{boxes.half_extent[i].tolist()}; thicken the box."
         )
     return boxes
 

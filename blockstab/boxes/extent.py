@@ -11,6 +11,16 @@ from blockstab.boxes.planes import Plane, plane_basis
 _COARSE_DEG, _FINE_DEG = 3.0, 0.25
 
 
+def _directions(angle_deg: Tensor) -> Tensor:
+    angle = torch.deg2rad(angle_deg)
+    return torch.stack([torch.cos(angle), torch.sin(angle)], dim=-1)
+
+
+# Tables, because torch rounds sines by the place of a number in the batch.
+_COARSE = _directions(torch.arange(0.0, 90.0, _COARSE_DEG, dtype=torch.float64))
+_FINE = _directions(torch.arange(-_COARSE_DEG, _COARSE_DEG + 1e-9, _FINE_DEG, dtype=torch.float64))
+
+
 def enclose(points: Tensor, present: Tensor, rotation: Tensor, outlier_share: float) -> tuple[Tensor, Tensor]:
     """Reach along each axis so that at most `outlier_share` of the points stay outside.
 
@@ -59,20 +69,20 @@ def flat_frame(points: Tensor, present: Tensor, plane: Plane, flat: Tensor, outl
     u, v = plane_basis(normal)
     seen = torch.stack([(points @ u[..., None])[..., 0], (points @ v[..., None])[..., 0]], dim=1)  # (N, 2, J)
     rank = (outlier_share / 4 * present.sum(dim=1)).long()
-    coarse = torch.deg2rad(torch.arange(0.0, 90.0, _COARSE_DEG, dtype=points.dtype))
-    best = _smallest(seen, present, rank, coarse.expand(points.shape[0], -1))
-    fine = torch.deg2rad(torch.arange(-_COARSE_DEG, _COARSE_DEG + 1e-9, _FINE_DEG, dtype=points.dtype))
-    angle = _smallest(seen, present, rank, best[:, None] + fine)
-    side = torch.cos(angle)[:, None] * u + torch.sin(angle)[:, None] * v
+    best = _smallest(seen, present, rank, _COARSE.expand(points.shape[0], -1, -1))
+    cos, sin = best[:, None].unbind(dim=-1)
+    turned = [cos * _FINE[:, 0] - sin * _FINE[:, 1], sin * _FINE[:, 0] + cos * _FINE[:, 1]]
+    best = _smallest(seen, present, rank, torch.stack(turned, dim=-1))
+    side = best[:, :1] * u + best[:, 1:] * v
     return torch.stack([normal, side, torch.linalg.cross(normal, side)], dim=-1)
 
 
-def _smallest(seen: Tensor, present: Tensor, rank: Tensor, angle: Tensor) -> Tensor:
-    """Of the angles (N, K), the one whose rectangle around the points (N, 2, J) has the least area, (N,)."""
-    cos, sin = torch.cos(angle), torch.sin(angle)
-    turned = torch.stack([torch.stack([cos, sin], dim=-1), torch.stack([-sin, cos], dim=-1)], dim=2) @ seen[:, None]
+def _smallest(seen: Tensor, present: Tensor, rank: Tensor, along: Tensor) -> Tensor:
+    """Of the directions (N, K, 2), the one whose rectangle around the points (N, 2, J) has the least area, (N, 2)."""
+    cos, sin = along.unbind(dim=-1)
+    turned = torch.stack([along, torch.stack([-sin, cos], dim=-1)], dim=2) @ seen[:, None]
     sides = -_lowest(-turned, present, rank) - _lowest(turned, present, rank)  # (N, K, 2)
-    return angle.gather(1, sides.prod(dim=-1).argmin(dim=1, keepdim=True))[:, 0]
+    return along[torch.arange(len(along)), sides.prod(dim=-1).argmin(dim=1)]
 
 
 def _lowest(values: Tensor, present: Tensor, rank: Tensor) -> Tensor:

@@ -117,19 +117,10 @@ class MinimumSurface:
             axis: (N, 3) unit vectors; where given, the first plane's normal is this one (the paper's Supp-surf).
         """
         _check(points, count)
-        parts = [
-            _fit_batch(
-                points[start : start + _BATCH],
-                count[start : start + _BATCH],
-                seed[start : start + _BATCH],
-                self,
-                None if axis is None else axis[start : start + _BATCH],
-            )
-            for start in range(0, max(points.shape[0], 1), _BATCH)
-        ]
-        fits = parts[0]
-        for part in parts[1:]:
-            fits = fits.extended(part)
+        fits = Fits.none()
+        for start in range(0, len(points), _BATCH):
+            rows = torch.arange(start, min(start + _BATCH, len(points)))
+            fits = fits.extended(_fit_rows(rows, points, count, seed, self, axis))
         return fits
 
 
@@ -145,6 +136,15 @@ def _check(points: Tensor, count: Tensor) -> None:
         raise ValueError(
             f"Every set needs at least 1 and at most {points.shape[1]} points, but set {i} says it has {int(count[i])}."
         )
+
+
+def _fit_rows(
+    rows: Tensor, points: Tensor, count: Tensor, seed: Tensor, settings: MinimumSurface, axis: Tensor | None
+) -> Fits:
+    # One set alone would take other matrix kernels, which round otherwise.
+    pair = rows.expand(2) if len(rows) == 1 else rows
+    fits = _fit_batch(points[pair], count[pair], seed[pair], settings, None if axis is None else axis[pair])
+    return fits[torch.arange(len(rows))]
 
 
 def _fit_batch(points: Tensor, count: Tensor, seed: Tensor, settings: MinimumSurface, axis: Tensor | None) -> Fits:

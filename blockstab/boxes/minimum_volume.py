@@ -28,6 +28,8 @@ class MinimumVolume:
         """Arguments as in `MinimumSurface`."""
         if axis is not None:
             raise ValueError("Boxes of minimum volume cannot follow an axis; use MinimumSurface with the re-fit.")
+        if not len(points):
+            return Fits.none()
         found = [_one(points[i, : int(n)]) for i, n in enumerate(count)]
         centers, rotations, halves = (torch.stack(column) for column in zip(*found, strict=True))
         boxes = Boxes(centers, rotations, halves.clamp(min=MIN_HALF_EXTENT))

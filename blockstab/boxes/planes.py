@@ -94,8 +94,8 @@ def perpendicular_plane(
     votes = inside.sum(dim=-1).masked_fill(length[..., 0] < _DEGENERATE, -1)
     chosen = votes.argmax(dim=2)
     weight = inside.gather(2, chosen[..., None, None].expand(-1, -1, 1, inside.shape[-1]))[:, :, 0]
-    angle = _line_normal_angle(seen, weight.to(points.dtype))
-    normal = torch.cos(angle)[..., None] * u + torch.sin(angle)[..., None] * v
+    side = _line_normal(seen, weight.to(points.dtype))
+    normal = side[..., :1] * u + side[..., 1:] * v
     return normal, flat
 
 
@@ -171,13 +171,19 @@ def _least_squares(points: Tensor, weight: Tensor) -> Plane:
     return Plane(normal, (normal * mean).sum(dim=-1))
 
 
-def _line_normal_angle(seen: Tensor, weight: Tensor) -> Tensor:
-    """Angle of the normal of the least-squares line through 2-D points (N, R, J, 2), (N, R) radians."""
+def _line_normal(seen: Tensor, weight: Tensor) -> Tensor:
+    """Unit normals of the least-squares lines through 2-D points (N, R, J, 2), (N, R, 2)."""
     mass = weight.sum(dim=-1).clamp(min=1.0)
     mean = (weight[..., None] * seen).sum(dim=2) / mass[..., None]
     x, y = ((seen - mean[:, :, None]) * weight[..., None]).unbind(dim=-1)
-    xx, yy, xy = (x * x).sum(dim=-1), (y * y).sum(dim=-1), (x * y).sum(dim=-1)
-    return 0.5 * torch.atan2(2 * xy, xx - yy) + torch.pi / 2
+    wider, twice = (x * x).sum(dim=-1) - (y * y).sum(dim=-1), 2 * (x * y).sum(dim=-1)
+    # The half angle without its arctangent, which torch rounds by the place of a number in the batch.
+    size = (wider.square() + twice.square()).sqrt() + wider.abs()
+    slope = twice / size.clamp(min=torch.finfo(seen.dtype).tiny)
+    one = torch.ones_like(slope)
+    steep = (wider < 0)[..., None]
+    normal = torch.where(steep, torch.stack([-one, slope], dim=-1), torch.stack([-slope, one], dim=-1))
+    return normal / (1 + slope.square()).sqrt()[..., None]
 
 
 def plane_basis(normal: Tensor) -> tuple[Tensor, Tensor]:

@@ -23,4 +23,4 @@ def nearest_face(boxes: Boxes, points: Tensor) -> Tensor:
 def visible_share(boxes: Boxes, points: Tensor, present: Tensor) -> Tensor:
     """Share of the points (N, P, 3) that are nearest to a face the camera sees, (N,) between 0 and 1."""
     seen = visible_faces(boxes).gather(1, nearest_face(boxes, points))
-    return (seen & present).sum(dim=1) / present.sum(dim=1).clamp(min=1)
+    return (seen & present).sum(dim=1).to(points.dtype) / present.sum(dim=1).clamp(min=1)

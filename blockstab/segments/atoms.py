@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +13,7 @@ from skimage.morphology import local_minima
 from skimage.segmentation import watershed
 from torch import Tensor
 
-from blockstab.segments.contraction import borders_between, contract
+from blockstab.segments.contraction import borders_between, smallest_first
 from blockstab.segments.gaps import without_gaps
 
 MIN_ATOM_PX = 25
@@ -112,26 +111,8 @@ def absorb_small(atoms: Atoms, least_px: int) -> Tensor:
         (H, W) int64, 0 = none, the new parts from 1.
     """
     borders = borders_between(len(atoms), atoms.first, atoms.second, atoms.border_px, atoms.strength)
-    pixels = atoms.pixels.tolist()
-    owner = list(range(len(atoms)))
-    small = [(size, part) for part, size in enumerate(pixels) if size < least_px]
-    heapq.heapify(small)
-    while small:
-        size, part = heapq.heappop(small)
-        if part not in borders or size != pixels[part] or not borders[part]:
-            continue
-        kept = min(
-            borders[part], key=lambda k: (borders[part][k][1] / borders[part][k][0], -borders[part][k][0], k)
-        )
-        contract(borders, kept, part)
-        owner[part] = kept
-        pixels[kept] += size
-        if pixels[kept] < least_px:
-            heapq.heappush(small, (pixels[kept], kept))
-    for part in range(len(owner)):
-        while owner[owner[part]] != owner[part]:
-            owner[part] = owner[owner[part]]
-    number = torch.unique(torch.tensor(owner, dtype=torch.int64), return_inverse=True)[1] + 1
+    owner = torch.tensor(smallest_first(borders, atoms.pixels.tolist(), least_px), dtype=torch.int64)
+    number = torch.unique(owner, return_inverse=True)[1] + 1
     return F.pad(number, (1, 0))[atoms.label]
 
 

@@ -37,15 +37,19 @@ def boundary_strength(frame: Frame, cloud: Cloud) -> Tensor:
         frame: the image.
         cloud: its points and normals, in the camera frame or the world frame.
     """
-    surface = _smoothed_surface(cloud)
-    strength = _COLOR_SHARE * _color_edges(frame.color)
+    focal_px = frame.camera.fx
+    # Outside the image nothing is measured.
+    surface = F.pad(_smoothed_surface(cloud), (_BEND_REACH_PX,) * 4)
+    jumps = creases = torch.zeros_like(cloud.depth, dtype=torch.float32)
     for direction in _DIRECTIONS:
         near = _sides(surface, direction, _JUMP_REACH_PX)
         far = _sides(surface, direction, _BEND_REACH_PX)
         # Narrow shadows are edges too, but only the far pair sees across them. It explains twice the step.
-        jump = torch.where(cloud.valid, _jump(*near, frame.camera.fx), 0.5 * _jump(*far, frame.camera.fx))
-        strength = torch.maximum(strength, _ramp(jump, *_JUMP))
-        strength = torch.maximum(strength, _ramp(_concave_bend(*far, frame.camera.fx), *_BEND))
+        jump = torch.where(cloud.valid, _jump(*near, focal_px), 0.5 * _jump(*far, focal_px))
+        jumps = torch.maximum(jumps, _ramp(jump, *_JUMP))
+        creases = torch.maximum(creases, _ramp(_concave_bend(*far, focal_px), *_BEND))
+    strength = torch.maximum(jumps, _thinned(creases))
+    strength = torch.maximum(strength, _COLOR_SHARE * _color_edges(frame.color))
     return torch.maximum(strength, _rim(without_gaps(cloud.valid))).double()
 
 
@@ -68,16 +72,17 @@ def _smoothed_surface(cloud: Cloud) -> Tensor:
     return torch.cat([mean[:3], normals, mean[6:], mask])
 
 
-def _sides(surface: Tensor, direction: tuple[int, int], reach_px: int) -> tuple[Tensor, Tensor]:
-    """The surface `reach_px` before and behind every pixel, (8, H, W) each; zero outside the image."""
+def _sides(padded: Tensor, direction: tuple[int, int], reach_px: int) -> tuple[Tensor, Tensor]:
+    """The surface `reach_px` before and behind every pixel, (8, H, W) each."""
     rows, columns = direction
-    reach = reach_px if rows * columns == 0 else round(reach_px / 2**0.5)
-    down, right = rows * reach, columns * reach
-    height, width = surface.shape[1:]
-    padded = F.pad(surface, (reach,) * 4)
-    before = padded[:, reach - down : reach - down + height, reach - right : reach - right + width]
-    behind = padded[:, reach + down : reach + down + height, reach + right : reach + right + width]
-    return before, behind
+    step = reach_px if rows * columns == 0 else round(reach_px / 2**0.5)
+    height, width = (size - 2 * _BEND_REACH_PX for size in padded.shape[1:])
+
+    def shifted(sign: int) -> Tensor:
+        top, left = _BEND_REACH_PX + sign * rows * step, _BEND_REACH_PX + sign * columns * step
+        return padded[:, top : top + height, left : left + width]
+
+    return shifted(-1), shifted(1)
 
 
 def _explained_step(a: Tensor, b: Tensor, focal_px: float) -> Tensor:
@@ -111,6 +116,15 @@ def _concave_bend(a: Tensor, b: Tensor, focal_px: float) -> Tensor:
 
 def _ramp(value: Tensor, low: float, high: float) -> Tensor:
     return ((value - low) / (high - low)).clamp(0.0, 1.0)
+
+
+def _thinned(creases: Tensor) -> Tensor:
+    """Creases are seen from `_BEND_REACH_PX` on either side; keep the middle half of what they cover."""
+    for _ in range(_BEND_REACH_PX // 2):
+        rows = F.max_pool2d(-creases[None], (3, 1), stride=1, padding=(1, 0))
+        columns = F.max_pool2d(-creases[None], (1, 3), stride=1, padding=(0, 1))
+        creases = -torch.maximum(rows, columns)[0]
+    return creases
 
 
 def _rim(mask: Tensor) -> Tensor:

@@ -57,3 +57,30 @@ def lowest_first(borders: Borders) -> Iterator[tuple[int, int, float]]:
             if other != kept:
                 length, total = borders[kept][other]
                 heapq.heappush(heap, (total / length, min(kept, other), max(kept, other)))
+
+
+def smallest_first(borders: Borders, pixels: list[int], least_px: int) -> list[int]:
+    """Merge regions of fewer than `least_px` pixels across their weakest border, while they have one.
+
+    Of equally weak borders the longest is taken. `borders` is used up.
+
+    Returns:
+        For every region the one that it became part of, possibly itself.
+    """
+    pixels, owner = list(pixels), list(range(len(pixels)))
+    small = [(size, region) for region, size in enumerate(pixels) if size < least_px]
+    heapq.heapify(small)
+    while small:
+        size, gone = heapq.heappop(small)
+        if size != pixels[gone] or not borders.get(gone):  # grown or merged since, or alone
+            continue
+        weakest = min((total / length, -length, other) for other, (length, total) in borders[gone].items())
+        kept = owner[gone] = weakest[2]
+        contract(borders, kept, gone)
+        pixels[kept] += size
+        if pixels[kept] < least_px:
+            heapq.heappush(small, (pixels[kept], kept))
+    for region in range(len(owner)):
+        while owner[owner[region]] != owner[region]:
+            owner[region] = owner[owner[region]]
+    return owner

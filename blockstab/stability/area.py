@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.convex import Polygons, clip, hull
+from blockstab.convex import Polygons, clip, hull, segments
 
 
 def on_ground(points: Tensor) -> Tensor:
@@ -35,7 +35,7 @@ def touching_edges(boxes: Boxes, supporter: Tensor, supported: Tensor) -> Polygo
     outside = beyond.clamp(min=0).norm(dim=-1)
     distance = torch.where(beyond.amax(dim=-1) > 0, outside, beyond.amax(dim=-1))  # negative within the box
     best = distance.unflatten(1, (12, 2)).mean(dim=-1).argmin(dim=1)
-    return hull(on_ground(edges[torch.arange(len(best)), best]))
+    return segments(on_ground(edges[torch.arange(len(best)), best]))
 
 
 def lowest_corners(boxes: Boxes, reach: Tensor) -> Polygons:

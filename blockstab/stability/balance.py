@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.convex import Polygons, area, centroid, hull, signed_distance
+from blockstab.convex import Polygons, centroid, hull, signed_distance
 from blockstab.stability.area import on_ground
 from blockstab.stability.support import Supports, SupportType
 
@@ -35,6 +34,24 @@ class Balance:
     mass_center: Tensor
     support_center: Tensor
 
+    @staticmethod
+    def of_background(mass_center: Tensor) -> Balance:
+        """What is said of background: it stands."""
+        n = len(mass_center)
+        inf, nan = mass_center.new_full((n,), float("inf")), mass_center.new_full((n, 2), float("nan"))
+        stands = torch.ones(n, dtype=torch.bool)
+        return Balance(stands, stands, inf, mass_center, nan)
+
+    def with_rows(self, index: Tensor, rows: Balance) -> Balance:
+        """These verdicts with those of `rows` (n) in the places `index` (n,)."""
+        return Balance(
+            self.stable.index_copy(0, index, rows.stable),
+            self.stable_alone.index_copy(0, index, rows.stable_alone),
+            self.margin.index_copy(0, index, rows.margin),
+            self.mass_center.index_copy(0, index, rows.mass_center),
+            self.support_center.index_copy(0, index, rows.support_center),
+        )
+
     def between(self, start: int, stop: int) -> Balance:
         """The verdicts on boxes `start` to `stop - 1`."""
         return Balance(
@@ -46,42 +63,30 @@ class Balance:
         )
 
 
-class Footing(NamedTuple):
-    """How well combined supporting areas hold up a centre of mass.
-
-    Args:
-        margin: (K,) metres inside the hull of the areas; NaN where there is none.
-        area: (K,) square metres of that hull.
-        center: (K, 2) its centre.
-    """
-
-    margin: Tensor
-    area: Tensor
-    center: Tensor
-
-
-def footing(areas: Polygons, slots: Tensor, used: Tensor, center: Tensor) -> Footing:
-    """Stand K centres of mass on K combinations of supporting areas (Fig. 8 f-g: the hull of them all).
+def combined(areas: Polygons, slots: Tensor, used: Tensor) -> Polygons:
+    """The hulls of K combinations of supporting areas (Fig. 8 f-g).
 
     Args:
         areas: E supporting areas.
         slots: (K, S) indices into `areas`; used: (K, S) bool, which of them take part.
-        center: (K, 3) centres of mass.
+    """
+    if len(areas) == 0:
+        return Polygons(areas.vertices.new_zeros(len(slots), 1, 2), torch.zeros(len(slots), dtype=torch.long))
+    vertices = areas.vertices[slots]  # (K, S, V, 2)
+    present = used[..., None] & (torch.arange(vertices.shape[2]) < areas.count[slots][..., None])
+    return hull(vertices.flatten(1, 2), present.flatten(1, 2))
+
+
+def margins(held: Polygons, center: Tensor) -> Tensor:
+    """How far the centres of mass (K, 3) lie inside the hulls that hold them, (K,) metres; NaN without one.
 
     Convention:
         A hull without area holds what lies within `EDGE_REACH` of it: no edge is infinitely sharp, but one
         edge alone is a poor support. A hull with area is taken as it is.
     """
-    if len(areas) == 0:
-        none = center.new_full((len(center),), float("nan"))
-        return Footing(none, torch.zeros_like(none), center.new_full((len(center), 2), float("nan")))
-    vertices = areas.vertices[slots]  # (K, S, V, 2)
-    present = used[..., None] & (torch.arange(vertices.shape[2]) < areas.count[slots][..., None])
-    combined = hull(vertices.flatten(1, 2), present.flatten(1, 2))
-    margin = signed_distance(combined, on_ground(center))
-    margin = torch.where(combined.count <= 2, margin + EDGE_REACH, margin)
-    margin = margin.masked_fill(combined.count == 0, float("nan"))
-    return Footing(margin, area(combined), centroid(combined))
+    margin = signed_distance(held, on_ground(center))
+    margin = torch.where(held.count <= 2, margin + EDGE_REACH, margin)
+    return margin.masked_fill(held.count == 0, float("nan"))
 
 
 def mass_centers(boxes: Boxes, load: Tensor) -> Tensor:
@@ -147,12 +152,12 @@ def balance(boxes: Boxes, movable: Tensor, supports: Supports, slack: Tensor) ->
     n = len(boxes)
     slots, used = slots_of(supports, n)
     center = mass_centers(boxes, loads(supports, n))
-    held = footing(supports.area, slots, used, center)
-    alone = footing(supports.area, slots, used, boxes.center)
+    held = combined(supports.area, slots, used)
+    margin = margins(held, center)
     return Balance(
-        stable=(held.margin >= -slack) | ~movable,
-        stable_alone=(alone.margin >= -slack) | ~movable,
-        margin=held.margin.masked_fill(~movable, float("inf")),
+        stable=(margin >= -slack) | ~movable,
+        stable_alone=(margins(held, boxes.center) >= -slack) | ~movable,
+        margin=margin.masked_fill(~movable, float("inf")),
         mass_center=center,
-        support_center=held.center,
+        support_center=centroid(held),
     )

@@ -10,14 +10,16 @@ from blockstab.stability.balance import balance
 from blockstab.stability.support import Supports
 from blockstab.stability.trimming import trim
 
+_TABLE = 256  # boxes judged together: the square of their number is what costs
+
 
 def falls_if_removed(
     boxes: Boxes, movable: Tensor, candidates: Supports, stable: Tensor, slack: Tensor
 ) -> Tensor:
     """For each box x, the boxes that stand now and would not stand without x.
 
-    All removals are judged together, as one scene with N copies of the boxes, each lacking one; what falls is
-    taken away too, until nothing more falls.
+    Removals are judged together, as one scene with copies of the boxes, each lacking one; what falls is taken
+    away too, until nothing more falls.
 
     Args:
         boxes: N boxes; movable: (N,) bool; candidates: all relations that nearness allows.
@@ -27,23 +29,38 @@ def falls_if_removed(
         (N, N) bool; row x, column b: b falls if x is removed. Rows of background are false.
     """
     n = len(boxes)
-    gone = torch.eye(n, dtype=torch.bool) & movable[:, None]
+    gone = torch.eye(n, dtype=torch.bool)
     fallen = torch.zeros_like(gone)
-    for _ in range(n):
-        stands = _verdicts(boxes, movable, candidates, gone | fallen, slack)
-        further = ~stands & stable & movable & ~gone & movable[:, None]
-        if not bool((further & ~fallen).any()):
-            break
-        fallen |= further
+    # Rows still open: at first those whose box holds something up or weighs on something.
+    relevant = torch.zeros(n, dtype=torch.bool)
+    between = candidates.supporter >= 0
+    relevant[candidates.supporter[between]] = True
+    relevant[candidates.supported[between]] = True
+    rows = (relevant & movable).nonzero()[:, 0]
+    while len(rows):
+        stands = _verdicts(boxes, movable, candidates, (gone | fallen)[rows], slack)
+        further = ~stands & stable & movable & ~gone[rows] & ~fallen[rows]
+        fallen[rows] |= further
+        rows = rows[further.any(dim=1)]
     return fallen
 
 
 def _verdicts(boxes: Boxes, movable: Tensor, candidates: Supports, absent: Tensor, slack: Tensor) -> Tensor:
-    """(N, N) bool: whether box b (column) stands in the copy (row) that lacks the boxes marked absent."""
+    """(K, N) bool: whether box b (column) stands in the copy (row) that lacks the boxes marked absent (K, N)."""
     n = len(boxes)
-    edge = torch.arange(len(candidates))
-    copy = torch.arange(n)[:, None].expand(n, len(edge)).flatten()
-    edge = edge.repeat(n)
+    together = max(1, _TABLE // max(n, 1))
+    parts = [
+        _verdicts_together(boxes, movable, candidates, some, slack) for some in absent.split(together)
+    ]
+    return torch.cat(parts)
+
+
+def _verdicts_together(
+    boxes: Boxes, movable: Tensor, candidates: Supports, absent: Tensor, slack: Tensor
+) -> Tensor:
+    k, n = absent.shape
+    edge = torch.arange(len(candidates)).repeat(k)
+    copy = torch.arange(k).repeat_interleave(len(candidates))
     below, above = candidates.supporter[edge], candidates.supported[edge]
     present = ~absent[copy, above] & ~(absent[copy, below.clamp(min=0)] & (below >= 0))
     edge, copy, below, above = edge[present], copy[present], below[present], above[present]
@@ -53,6 +70,6 @@ def _verdicts(boxes: Boxes, movable: Tensor, candidates: Supports, absent: Tenso
         candidates.type[edge],
         candidates.area[edge],
     )
-    many = boxes[torch.arange(n).repeat(n)]
-    kept = trim(many, copies, slack.repeat(n))
-    return balance(many, movable.repeat(n), kept, slack.repeat(n)).stable.view(n, n)
+    many = boxes[torch.arange(n).repeat(k)]
+    kept = trim(many, copies, slack.repeat(k))
+    return balance(many, movable.repeat(k), kept, slack.repeat(k)).stable.view(k, n)

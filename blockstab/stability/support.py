@@ -106,8 +106,9 @@ def candidate_supports(
     upright = direction[:, 1].abs() > math.cos(math.radians(rules.angle_deg))
     higher = boxes.center[second, 1] >= boxes.center[first, 1]
     lower_box, upper_box = torch.where(higher, first, second)[upright], torch.where(higher, second, first)[upright]
-    top = _on_top(boxes, lower_box, upper_box, rules)
-    floor = _on_floor(boxes, ground_height, touch, rules)
+    shadows = footprints(boxes)
+    top = _on_top(boxes, shadows, lower_box, upper_box, rules)
+    floor = _on_floor(boxes, shadows, ground_height, touch, rules)
     top, floor = top[movable[top.supported]], floor[movable[floor.supported]]
     resting = _resting(top, len(boxes))
     aside, beside = torch.cat([first[~upright], second[~upright]]), torch.cat([second[~upright], first[~upright]])
@@ -120,7 +121,10 @@ def candidate_supports(
 
 
 def join(parts: list[Supports]) -> Supports:
-    """One set of relations from several."""
+    """One set of relations from several; without any, an empty one."""
+    if not parts:
+        none = torch.empty(0, dtype=torch.long)
+        return Supports(none, none, none, Polygons(torch.empty(0, 1, 2, dtype=torch.float64), none))
     return Supports(
         torch.cat([p.supporter for p in parts]),
         torch.cat([p.supported for p in parts]),
@@ -141,12 +145,13 @@ def top_normal(boxes: Boxes) -> Tensor:
     return best * torch.where(best[:, 1:2] < 0, -1.0, 1.0)
 
 
-def _on_top(boxes: Boxes, lower: Tensor, upper: Tensor, rules: SupportRules) -> Supports:
+def _on_top(
+    boxes: Boxes, shadows: Polygons, lower: Tensor, upper: Tensor, rules: SupportRules
+) -> Supports:
     limit = math.radians(rules.angle_deg)
     up = top_normal(boxes)
     between = torch.acos((up[lower] * up[upper]).sum(dim=-1).clamp(-1.0, 1.0))
     partial = (between > limit) & ((tilt(up[lower]) - tilt(up[upper])).abs() > limit)
-    shadows = footprints(boxes)
     over = surface_areas(shadows, lower, upper)
     edges = touching_edges(boxes, lower[partial], upper[partial])
     whole, tilted = over[~partial], edges
@@ -162,12 +167,14 @@ def _on_top(boxes: Boxes, lower: Tensor, upper: Tensor, rules: SupportRules) -> 
     return found[found.area.count > 0]
 
 
-def _on_floor(boxes: Boxes, ground_height: Tensor, touch: Tensor, rules: SupportRules) -> Supports:
+def _on_floor(
+    boxes: Boxes, shadows: Polygons, ground_height: Tensor, touch: Tensor, rules: SupportRules
+) -> Supports:
     bottom = boxes.corners()[..., 1].amin(dim=1)
     touching = (bottom < ground_height + touch).nonzero()[:, 0]
     standing = tilt(top_normal(boxes))[touching] < math.radians(rules.angle_deg)
     flat, tilted = touching[standing], touching[~standing]
-    area = concatenate([footprints(boxes[flat]), lowest_corners(boxes[tilted], touch[tilted])])
+    area = concatenate([shadows[flat], lowest_corners(boxes[tilted], touch[tilted])])
     supported = torch.cat([flat, tilted])
     kind = torch.cat(
         [torch.full_like(flat, SupportType.SURFACE), torch.full_like(tilted, SupportType.PARTIAL)]

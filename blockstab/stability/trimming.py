@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from itertools import combinations, product
+from functools import cache
+from itertools import combinations
 
 import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.stability.balance import footing, levels, mass_centers, slots_of
+from blockstab.convex import area, centroid
+from blockstab.stability.area import on_ground
+from blockstab.stability.balance import combined, levels, margins, mass_centers, slots_of
 from blockstab.stability.support import Supports, SupportType
 
 _TOP_SLOTS, _SIDE_SLOTS = 4, 4  # supports of one box that are tried in combination; more are never seen
@@ -58,9 +61,9 @@ def _needed(
 ) -> Tensor:
     """(K, S) which supports of K boxes to keep."""
     surface = used & (kind == SupportType.SURFACE)
-    by_surface = footing(candidates.area, slots, surface, center).margin >= -slack
     # More support never hurts: what all candidates together cannot hold, no choice of them can.
-    possible = footing(candidates.area, slots, used, center).margin >= -slack
+    held = combined(candidates.area, slots.repeat(2, 1), torch.cat([surface, used]))
+    by_surface, possible = (margins(held, center.repeat(2, 1)) >= -slack.repeat(2)).chunk(2)
     kept = torch.where(by_surface[:, None], surface, used)
     open_question = (possible & ~by_surface).nonzero()[:, 0]
     if len(open_question):
@@ -73,50 +76,57 @@ def _smallest_combination(
     candidates: Supports, slots: Tensor, used: Tensor, kind: Tensor, center: Tensor, slack: Tensor
 ) -> Tensor:
     """(K, S) the smallest stable combination of each box's supports; all of them where none is stable."""
-    order = _by_importance(candidates, slots, used, kind)  # (K, 8): on-top first, then side; -1 is none
-    real = order >= 0
-    chosen = _combinations() & real[:, None]  # (K, T, 8)
-    valid = ((_combinations() & ~real[:, None]).sum(dim=-1) == 0) & chosen.any(dim=-1)
-    near = slots.gather(1, order.clamp(min=0))
-    tries = chosen.shape[1]
-    held = footing(
-        candidates.area,
-        near[:, None].expand(-1, tries, -1).flatten(0, 1),
-        chosen.flatten(0, 1),
-        center[:, None].expand(-1, tries, -1).flatten(0, 1),
-    )
-    margin = held.margin.view(-1, tries)
-    stable = valid & (margin >= -slack[:, None])
-    size = chosen.sum(dim=-1).masked_fill(~stable, 99)
-    smallest = size == size.amin(dim=1, keepdim=True)
-    off_center = (held.center - center[:, None].expand(-1, tries, -1).flatten(0, 1)[:, [0, 2]]).norm(dim=-1)
-    off_center = off_center.view(-1, tries).masked_fill(~smallest, float("inf")).round(decimals=9)
-    most_central = off_center == off_center.amin(dim=1, keepdim=True)
-    best = held.area.view(-1, tries).masked_fill(~most_central, -1.0).argmax(dim=1)
-    pick = chosen[torch.arange(len(best)), best]  # (K, 8)
-    result = torch.zeros_like(used)
-    rows, places = (pick & real).nonzero(as_tuple=True)
-    result[rows, order[rows, places]] = True
-    return torch.where(stable.any(dim=1)[:, None], result, used)
+    order = _by_importance(used, kind)  # (K, 8): on-top first, then side; -1 is none
+    result, rows = used.clone(), torch.arange(len(used))
+    for size in range(1, _TOP_SLOTS + _MAX_SIDES + 1):
+        tries = order[rows][:, _combinations(size)]  # (R, T, size)
+        pick = _most_central(candidates, slots[rows], tries, center[rows], slack[rows])
+        found = pick >= 0
+        chosen = tries[torch.arange(len(rows)), pick.clamp(min=0)][found]
+        solved = torch.zeros_like(used[rows[found]])
+        result[rows[found]] = solved.scatter(1, chosen, True)
+        rows = rows[~found]
+        if not len(rows):
+            break
+    return result
 
 
-def _by_importance(candidates: Supports, slots: Tensor, used: Tensor, kind: Tensor) -> Tensor:
-    """Slots of the on-top supports, then of the side supports, in the order of their candidates."""
+def _most_central(
+    candidates: Supports, slots: Tensor, tries: Tensor, center: Tensor, slack: Tensor
+) -> Tensor:
+    """(R,) of the combinations `tries` (R, T, size), the stable one that holds the centre of mass most centrally,
+    then on the largest hull; -1 where none is stable."""
+    r, t, size = tries.shape
+    real = (tries >= 0).all(dim=2).flatten().nonzero()[:, 0]
+    owner = real // t
+    edges = slots[owner[:, None], tries.view(-1, size)[real]]
+    held = combined(candidates.area, edges, torch.ones_like(edges, dtype=torch.bool))
+    stable = margins(held, center[owner]) >= -slack[owner]
+    off_center = torch.full((r * t,), float("inf"), dtype=center.dtype)
+    distance = (centroid(held) - on_ground(center[owner])).norm(dim=-1).round(decimals=9)
+    off_center[real[stable]] = distance[stable]
+    size_of_hull = torch.full((r * t,), -1.0, dtype=center.dtype)
+    size_of_hull[real[stable]] = area(held)[stable]
+    off_center, size_of_hull = off_center.view(r, t), size_of_hull.view(r, t)
+    least = off_center.amin(dim=1, keepdim=True)
+    best = size_of_hull.masked_fill(off_center > least, -2.0).argmax(dim=1)
+    return torch.where(least[:, 0].isfinite(), best, -1)
+
+
+def _by_importance(used: Tensor, kind: Tensor) -> Tensor:
+    """(K, 8) places of the on-top supports, then of the side supports, in the order of their candidates; -1 for none."""
     columns = []
     for wanted, amount in ((kind != SupportType.SIDE, _TOP_SLOTS), (kind == SupportType.SIDE, _SIDE_SLOTS)):
-        take = used & wanted
-        place = torch.where(take, torch.arange(take.shape[1]), take.shape[1]).sort(dim=1).values
-        place = torch.nn.functional.pad(place, (0, amount), value=take.shape[1])[:, :amount]
-        columns.append(torch.where(place < take.shape[1], place, -1))
+        none = used.shape[1]
+        place = torch.where(used & wanted, torch.arange(none), none).sort(dim=1).values
+        place = torch.nn.functional.pad(place, (0, amount), value=none)[:, :amount]
+        columns.append(torch.where(place < none, place, -1))
     return torch.cat(columns, dim=1)
 
 
-def _combinations() -> Tensor:
-    """(T, 8) every set of on-top supports with every set of at most two side supports."""
-    sides = [c for size in range(_MAX_SIDES + 1) for c in combinations(range(_SIDE_SLOTS), size)]
-    rows = [
-        [*top, *(k in side for k in range(_SIDE_SLOTS))]
-        for top in product((False, True), repeat=_TOP_SLOTS)
-        for side in sides
-    ]
+@cache
+def _combinations(size: int) -> Tensor:
+    """(T, size) every set of so many of the 8 places, with at most two of the side supports."""
+    places = range(_TOP_SLOTS + _SIDE_SLOTS)
+    rows = [c for c in combinations(places, size) if sum(k >= _TOP_SLOTS for k in c) <= _MAX_SIDES]
     return torch.tensor(rows)

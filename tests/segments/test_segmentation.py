@@ -16,14 +16,11 @@ from blockstab.segments.segmentation import Segmentation
 ROWS, COLUMNS, SIDE = 3, 4, 6
 
 
-def grid(generator: torch.Generator | None = None) -> Atoms:
-    """Twelve square atoms of 36 pixels in three rows, with random borders if a generator is given."""
+def grid() -> Atoms:
+    """Twelve square atoms of 36 pixels in three rows."""
     numbers = 1 + torch.arange(ROWS * COLUMNS).view(ROWS, COLUMNS)
     label = numbers.repeat_interleave(SIDE, dim=0).repeat_interleave(SIDE, dim=1)
-    strength = torch.zeros(label.shape, dtype=torch.float64)
-    if generator is not None:
-        strength = torch.rand(label.shape, dtype=torch.float64, generator=generator)
-    return make_atoms(label, strength)
+    return make_atoms(label, torch.zeros(label.shape, dtype=torch.float64))
 
 
 def segmentation(*segments: set[int]) -> Segmentation:

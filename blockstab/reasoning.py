@@ -1,0 +1,126 @@
+"""The loop of sections 4 to 6: relate the boxes, drop what stability does not need, correct the boxes by how they stand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import torch
+from torch import Tensor
+
+from blockstab.boxes.background import BackgroundRules
+from blockstab.boxes.catalogue import BoxFitter, Catalogue
+from blockstab.boxes.fitting import MinimumSurface
+from blockstab.piles import Judged, PileTable
+from blockstab.rgbd.sight import Sight
+from blockstab.stability.balance import balance
+from blockstab.stability.reach import reach_down
+from blockstab.stability.refit import UP, refit_axes
+from blockstab.stability.support import SupportRules, candidate_supports
+from blockstab.stability.trimming import trim
+
+
+@dataclass(frozen=True)
+class Rules:
+    """How a segmentation is understood.
+
+    Args:
+        fitter: fits boxes to points.
+        support: thresholds of section 5.2.
+        background: what counts as table, floor or wall.
+        trimming: drop the supports that stability does not need; without it every candidate counts (the
+            paper's "Neighbor").
+        refit_rounds: how often boxes are corrected by how they stand (the paper's Supp-surf); 0 is Min-surf.
+    """
+
+    fitter: BoxFitter = field(default_factory=MinimumSurface)
+    support: SupportRules = SupportRules()
+    background: BackgroundRules = BackgroundRules()
+    trimming: bool = True
+    refit_rounds: int = 2
+
+
+@dataclass(frozen=True)
+class Reasoning:
+    """Reasons about piles of boxes.
+
+    Args:
+        catalogue: the boxes.
+        sight: what was hidden from the camera.
+        ground_height: metres.
+        rules: the constants.
+    """
+
+    catalogue: Catalogue
+    sight: Sight
+    ground_height: float
+    rules: Rules
+
+    def __call__(self, table: PileTable, background: Tensor, at_ground: Tensor) -> tuple[Tensor, Judged]:
+        """Understand piles.
+
+        Args:
+            table: N segments; background: (N,) bool; at_ground: (N,) bool, lies in the ground plane.
+
+        Returns:
+            rows (N,) of their boxes in the catalogue, and what was found.
+        """
+        movable, is_ground = ~background, background & at_ground
+        rows = self.catalogue.rows(table.segments)
+        judged = self._judged(table, rows, movable, is_ground)
+        for _ in range(self.rules.refit_rounds):
+            refitted = self._refitted(table, rows, movable, judged)
+            if torch.equal(refitted, rows):
+                break
+            standing = self._judged(table, refitted, movable, is_ground)
+            # A box is corrected because it stands; one that would not stand afterwards stays as it was.
+            fallen = (refitted != rows) & ~standing.balance.stable
+            rows = torch.where(fallen, rows, refitted)
+            judged = self._judged(table, rows, movable, is_ground) if bool(fallen.any()) else standing
+        if self.rules.refit_rounds:
+            lengthened = self._lengthened(table, rows, movable, judged)
+            if not torch.equal(lengthened, rows):
+                rows, judged = lengthened, self._judged(table, lengthened, movable, is_ground)
+        return rows, judged
+
+    def _judged(self, table: PileTable, rows: Tensor, movable: Tensor, is_ground: Tensor) -> Judged:
+        """Relate the boxes, drop what stability does not need, and judge them."""
+        boxes, support = self.catalogue.fits.boxes[rows], self.rules.support
+        apart = self.catalogue.separation(rows[table.first], rows[table.second])
+        pairs, height = (table.first, table.second), self._heights(len(rows))
+        candidates = candidate_supports(boxes, pairs, apart, height, movable, is_ground, support)
+        slack = support.noise(boxes)
+        supports = trim(boxes, candidates, slack) if self.rules.trimming else candidates
+        return Judged(candidates, supports, balance(boxes, movable, supports, slack))
+
+    def _refitted(self, table: PileTable, rows: Tensor, movable: Tensor, judged: Judged) -> Tensor:
+        """Rows of the boxes after the re-fit (section 6): what stands on one surface follows that surface.
+
+        What does not stand is fitted upright, if it fits as well so, as far as the sensor can tell: a bowl has
+        no axes, noise decides those of its box, and of two equal guesses the one that stands is better.
+        """
+        fits, stable = self.catalogue.fits[rows], judged.balance.stable
+        axes = refit_axes(fits.boxes, judged.supports, stable & movable)
+        tried = movable & ~stable
+        axes[tried] = UP
+        chosen = (~axes.isnan().any(dim=1)).nonzero()[:, 0]
+        result = rows.clone()
+        result[chosen] = self.catalogue.rows([table.segments[i] for i in chosen.tolist()], axes[chosen])
+        worse = self.catalogue.fits.mean[result] > fits.mean + self.rules.support.noise(fits.boxes)
+        return torch.where(tried & worse, rows, result)
+
+    def _lengthened(self, table: PileTable, rows: Tensor, movable: Tensor, judged: Judged) -> Tensor:
+        """Rows of the boxes after what has nothing beneath it was lengthened down, unseen."""
+        floating = movable & (torch.bincount(judged.candidates.supported, minlength=len(rows)) == 0)
+        if not bool(floating.any()):
+            return rows
+        longer = reach_down(
+            self.catalogue.fits.boxes[rows],
+            floating,
+            (table.first, table.second),
+            self._heights(len(rows)),
+            lambda points: self.sight.hidden(points, self.rules.support.touch_m),
+        )
+        return self.catalogue.variants(rows, longer)
+
+    def _heights(self, n: int) -> Tensor:
+        return torch.full((n,), self.ground_height, dtype=torch.float64)

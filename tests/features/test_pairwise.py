@@ -1,0 +1,118 @@
+"""The 12 features of two neighbours, against values worked by hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+import torch
+
+from blockstab.features.pairwise import PAIRWISE_COLUMNS, boundaries, pairwise_features
+from blockstab.scene import Scene
+from tests import worlds
+from tests.box_scene import scene_of, scene_of_boxes
+from tests.tolerance import EXACT
+from tests.worlds import Block
+
+VOLUME = 0.2 * 0.1 * 0.1
+
+
+def rows(scene: Scene) -> list[dict[str, float]]:
+    return [dict(zip(PAIRWISE_COLUMNS, values, strict=True)) for values in pairwise_features(scene).tolist()]
+
+
+def judged(scene: Scene) -> list[tuple[int, int]]:
+    first, second = boundaries(scene)
+    return list(zip(first.tolist(), second.tolist(), strict=True))
+
+
+def test_there_are_12_columns_each_with_its_own_name():
+    assert pairwise_features(scene_of(*worlds.STACK)).shape == (1, 12)
+    assert len(set(PAIRWISE_COLUMNS)) == 12
+
+
+@pytest.mark.parametrize(
+    ("pixels", "order"), [((200, 100), (0, 1)), ((100, 200), (1, 0)), ((100, 100), (0, 1))]
+)
+def test_the_larger_segment_comes_first_and_of_equals_the_first(pixels, order):
+    assert judged(scene_of(*worlds.STACK, pixels=pixels)) == [order]
+
+
+def test_only_objects_that_share_a_border_are_judged():
+    scene = scene_of(*worlds.STACK, Block(1, 0, 0.1, 0.1), Block(2, 0, 0.1, 3, fixed=True))
+    far = replace(scene, pairs=replace(scene.pairs, neighbours=scene.pairs.second != 2))
+    assert judged(scene) == [(1, 0), (2, 0), (2, 1)]
+    assert judged(far) == [(1, 0)]
+
+
+@pytest.mark.parametrize("blocks", [(Block(0, 0, 0.1, 0.1),), (Block(0, 0, 0.1, 0.1, fixed=True),) * 2])
+def test_a_scene_without_pairs_has_no_rows(blocks):
+    assert pairwise_features(scene_of(*blocks)).shape == (0, 12)
+
+
+def test_a_block_on_a_block_is_supported_by_its_surface():
+    # The upper block stands 4 cm to the side, and 2 cm off the middle of what it has under it.
+    for pixels in ((200, 100), (100, 200)):
+        (values,) = rows(scene_of(Block(0, 0, 0.2, 0.1), Block(0.04, 0.1, 0.2, 0.1), pixels=pixels))
+        assert [values[f"support_{kind}"] for kind in ("surface", "partial", "side")] == [1, 0, 0]
+        assert values["supporting"] == values["stable_larger"] == values["stable_smaller"] == 1.0
+        assert values["center_distance"] == pytest.approx(math.hypot(0.04, 0.1))
+        assert values["offset_from_support"] == pytest.approx(0.02)
+
+
+def test_a_tent_is_held_from_the_side():
+    (values,) = rows(scene_of(*worlds.TENT))
+    assert [values[f"support_{kind}"] for kind in ("surface", "partial", "side")] == [0, 0, 1]
+    assert values["supporting"] == 1.0
+
+
+def test_blocks_beside_each_other_support_nothing():
+    (values,) = rows(scene_of(*worlds.TOUCHING_NEIGHBOURS))
+    names = ("support_surface", "support_partial", "support_side", "supporting", "offset_from_support")
+    assert [values[name] for name in names] == [0.0] * 5
+
+
+def test_overlap_is_divided_by_the_volume_of_either_box():
+    blocks = Block(0, 0, 0.2, 0.1), Block(0.12, 0, 0.1, 0.05), Block(-0.19, 0, 0.2, 0.1)
+    by_pair = dict(zip(judged(scene_of(*blocks)), rows(scene_of(*blocks)), strict=True))
+    values = by_pair[1, 0]  # the second has more pixels; they overlap by 3 cm
+    assert values["overlap_relative_larger"] == pytest.approx(0.03 / (0.1 * 0.05 * 0.1))
+    assert values["overlap_relative_smaller"] == pytest.approx(0.03 / VOLUME)
+    assert (values["intersections_larger"], values["intersections_smaller"]) == (1, 1)
+    assert by_pair[2, 0]["overlap_relative_larger"] == pytest.approx(0.01 / VOLUME)
+
+
+def test_stability_is_told_of_each():
+    scene = scene_of(*worlds.overhang(0.02), pixels=(100, 200))
+    (values,) = rows(scene)
+    assert (values["stable_larger"], values["stable_smaller"]) == tuple(
+        float(stable) for stable in scene.balance.stable[[1, 0]]
+    )
+    assert values["stable_larger"] == 0.0
+
+
+@pytest.mark.parametrize("blocks", [worlds.LEANING_PLANK, worlds.TENT, (Block(0, 1, 0.1, 0.1),) * 2])
+def test_features_are_finite(blocks):
+    assert bool(pairwise_features(scene_of(*blocks)).isfinite().all())
+
+
+@pytest.mark.parametrize("degrees", [37.0, 211.0])
+def test_turning_the_world_about_the_vertical_changes_no_feature(degrees):
+    boxes, movable = worlds.build(*worlds.COUNTERWEIGHT)
+    cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    turn = torch.tensor([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]], dtype=torch.float64)
+    before = pairwise_features(scene_of_boxes(boxes, movable))
+    after = pairwise_features(scene_of_boxes(boxes.rotated(turn), movable))
+    torch.testing.assert_close(after, before, rtol=EXACT, atol=EXACT)
+
+
+def test_renumbering_the_segments_permutes_the_rows():
+    blocks, pixels, order = worlds.COUNTERWEIGHT, (100, 140, 120), (2, 0, 1)
+    scene = scene_of(*blocks, pixels=pixels)
+    renumbered = scene_of(*(blocks[k] for k in order), pixels=[pixels[k] for k in order])
+    before = dict(zip(judged(scene), pairwise_features(scene), strict=True))
+    after = dict(zip(judged(renumbered), pairwise_features(renumbered), strict=True))
+    assert {(order[a], order[b]) for a, b in after} == before.keys()
+    for (a, b), values in after.items():
+        torch.testing.assert_close(values, before[order[a], order[b]], rtol=EXACT, atol=EXACT)
