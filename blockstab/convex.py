@@ -155,10 +155,7 @@ def _corners(points: Tensor) -> tuple[Tensor, Tensor]:
     first, last = points[:, :1], points[:, -1:]
     below, above = _left_of(last, first, points), _left_of(first, last, points)
     below[0] = below[-1] = True
-    thin, ends = _thin(points, 10 * slack)
-    index, count = _packed(torch.cat([torch.where(thin, ends, below), (above & ~thin).flip(0)]))
-    place = torch.arange(len(index), device=index.device)[:, None]
-    index = torch.where(place < count, index, index[0])
+    index, count = _packed(torch.cat([below, above.flip(0)]))
     walk = torch.minimum(index, 2 * n - 1 - index)
     points = _pick(points, walk)
     while True:
@@ -166,31 +163,33 @@ def _corners(points: Tensor) -> tuple[Tensor, Tensor]:
         before, here, after = points[:, :-2], points[:, 1:-1], points[:, 2:]
         drop = (place < count) & _left_of(before, after, here)
         if not bool(drop.any()):
-            # Points that nearly coincide are between others because of each other: drop no two neighbours.
-            between = (place < count) & _between(before, after, here, slack)
+            # Points that nearly coincide are between others because of each other: drop no two neighbours,
+            # nor the two ends, without which the walk may turn over.
+            between = (place < count) & (walk[1:-1] < n - 1) & _between(before, after, here, slack)
             odd = between & (place % 2 == 1)
             drop = torch.where(odd.any(dim=0), odd, between)
         if not bool(drop.any()):
             break
         index, count = _packed(pad((place < count) & ~drop, (0, 0, 1, 0), value=True))
         walk, points = walk.gather(0, index), _pick(points, index)
-    # The leftmost point itself lies between others where an upright edge passes through it.
-    turn = torch.stack([count - 2, count - 1, count * 0, (count > 1).long(), 2 * (count > 2)])
-    before, last, first, second, after = _pick(points, turn.clamp(min=0)).unbind(1)
-    spare = (count > 1) & _between(last, second, first, slack)
-    spare &= ~_left_of(before, second, last) & ~_left_of(last, after, second)
-    place = torch.arange(len(walk) - 1, device=walk.device)[:, None] + spare
-    return order.gather(0, walk.gather(0, place.minimum(count - 1))), count - spare.long()
+    for end in (n - 1, 0):
+        walk, points, count = _without_end(end, walk, points, count, slack)
+    place = torch.arange(len(walk) - 1, device=walk.device)[:, None]
+    return order.gather(0, walk.gather(0, place.minimum(count - 1))), count
 
 
-def _thin(points: Tensor, width: Tensor) -> tuple[Tensor, Tensor]:
-    """Which sets of points (2, n, B) are but a line, give or take the width; and which points are its ends."""
-    arm = points - points[:, :1]
-    line = _pick(arm, arm.square().sum(dim=0).argmax(dim=0)[None])
-    thin = (_cross(line, arm).abs() <= width * line.abs().sum(dim=0)).all(dim=0)
-    along = (line * arm).sum(dim=0)
-    place = torch.arange(len(along), device=along.device)[:, None]
-    return thin, (place == along.argmin(dim=0)) | (place == along.argmax(dim=0))
+def _without_end(
+    end: int, walk: Tensor, points: Tensor, count: Tensor, slack: Tensor
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Drop an end that lies between others, on an upright edge, if what is left is still convex."""
+    inner = torch.arange(len(walk), device=walk.device)[:, None] < count
+    at = (walk == end) & inner
+    around = at.long().argmax(dim=0) + torch.arange(-2, 3, device=walk.device)[:, None]
+    far_before, before, here, after, far_after = _pick(points, around % count).unbind(1)
+    spare = (count > 1) & _between(before, after, here, slack)
+    spare &= ~_left_of(far_before, after, before) & ~_left_of(before, far_after, after)
+    index, count = _packed(inner & ~(at & spare))
+    return walk.gather(0, index), _pick(points, index), count
 
 
 def _left_of(start: Tensor, end: Tensor, points: Tensor) -> Tensor:

@@ -13,6 +13,8 @@ from blockstab.features.pairwise import pairwise_features
 from blockstab.features.unary import unary_features
 from blockstab.scene import Scene
 
+NEUTRAL = 0.5  # between good (0) and bad (1)
+
 Potential = Callable[[Tensor], Tensor]  # features (N, F) to potentials (N,); lower is better
 
 _BLOCK = 64  # rows that a potential is asked for at a time
@@ -38,7 +40,8 @@ class Rating:
 class Energy:
     """Eq. 2: the mean unary potential of the objects plus the mean pairwise potential of their boundaries.
 
-    Background takes no part in either mean. A mean over nothing is 0.
+    Background takes no part in either mean. A mean over nothing is `NEUTRAL`: were it 0, the best of all
+    segmentations would be the one without a boundary, and a search would merge everything into it.
     """
 
     unary: Potential
@@ -69,4 +72,4 @@ def _asked(potential: Potential, parts: Sequence[Tensor]) -> tuple[Tensor, ...]:
 
 
 def _mean(values: Tensor) -> float:
-    return float(values.mean()) if len(values) else 0.0
+    return float(values.mean()) if len(values) else NEUTRAL

@@ -21,7 +21,7 @@ from blockstab.segments.segmentation import Segment, Segmentation
 from blockstab.stability.balance import Balance
 from blockstab.stability.support import join
 
-_TABLE = 256  # segments judged together: the square of their number is what costs
+_TABLE = 1024  # segments judged together: the square of their number is what costs
 _NO_GROUND_SHARE = 0.01  # of the points lie below the ground that is assumed where none was found
 
 

@@ -1,4 +1,4 @@
-"""Scenes made of boxes alone: one atom, of so many pixels, for each box, and all boxes neighbours in the image."""
+"""Scenes made of boxes alone: one atom for each box, and all boxes neighbours in the image."""
 
 from __future__ import annotations
 

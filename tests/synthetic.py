@@ -13,7 +13,14 @@ from PIL import Image
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
+from blockstab.interpretation import Interpreter, Rules
+from blockstab.parser import View, given_ground, make_view
+from blockstab.proposals import Proposal
+from blockstab.proposals.files import LabelFile
 from blockstab.rgbd.frame import Camera, Frame
+from blockstab.segments.hierarchy import build_hierarchy, split
+from blockstab.segments.segmentation import Segmentation
+from models.spoiling import spoil
 from tests.worlds import Block, build
 
 HEIGHT, WIDTH, FOCAL = 144, 192, 260.0  # pixels
@@ -98,12 +105,53 @@ def _entry(box: Boxes, rays: Tensor) -> Tensor:
     return torch.where((enter < leave) & (enter > 0), enter, torch.inf)
 
 
+def view_of(photo: Photograph, proposal: Proposal | None = None) -> View:
+    """The photograph made ready, its true labels as the first segmentation."""
+    return make_view(photo.frame, proposal or LabelFile(), given_ground)
+
+
+def interpreter(view: View, rules: Rules | None = None) -> Interpreter:
+    """One that has understood nothing yet."""
+    return Interpreter(view.cloud, view.sight, view.ground, view.atoms, rules or Rules(), view.known)
+
+
+def over_split(view: View, rounds: int = 1) -> Segmentation:
+    """The start with every object split in two, each part again, and so on."""
+    hierarchy, background = build_hierarchy(view.atoms), view.start.segments[0]
+    now = view.start
+    for _ in range(rounds):
+        for segment in now.segments:
+            parts = split(segment, view.atoms, hierarchy) if segment != background else None
+            now = now if parts is None else now.replace(now.segments.index(segment), parts)
+    return now
+
+
+def variants(view: View, count: int, seed: int = 0) -> list[Segmentation]:
+    """Different segmentations, the start among them, by random splits and merges of objects."""
+    generator, hierarchy = torch.Generator().manual_seed(seed), build_hierarchy(view.atoms)
+    objects = frozenset(range(len(view.atoms))) - view.start.segments[0]
+    found = [view.start]
+    while len(found) < count:
+        parent = found[int(torch.randint(0, len(found), (1,), generator=generator))]
+        child = spoil(
+            parent,
+            objects,
+            ("split", "split", "merge"),
+            lambda s: split(s, view.atoms, hierarchy),
+            view.atoms,
+            generator,
+        )
+        found += [child] * (child not in found)
+    return found
+
+
 def write_folder(frame: Frame, folder: Path) -> Path:
     """A scene folder that holds the frame."""
     folder.mkdir(parents=True)
     Image.fromarray(frame.color.numpy()).save(folder / "color.png")
     Image.fromarray((1000 * frame.depth).round().numpy().astype(np.uint16)).save(folder / "depth.png")
-    assert frame.label is not None and frame.up_camera is not None
+    assert frame.label is not None
+    assert frame.up_camera is not None
     Image.fromarray(frame.label.numpy().astype(np.uint16)).save(folder / "label.png")
     meta = {
         **vars(frame.camera),

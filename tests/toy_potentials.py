@@ -24,7 +24,7 @@ def linear(columns: Sequence[str], weights: dict[str, float], bias: float) -> Po
 
 
 def toy_potentials() -> Potentials:
-    """Segments should fit their box and stand, neighbours should be large; what fits one box is one object."""
+    """Segments should fit their box and stand, neighbours be far apart; what fits one box is one object."""
     return Potentials(
         unary=linear(
             UNARY_COLUMNS, {"surface_distance_mean": 2.0, "visible_share": -1.0, "stable": -0.3}, 1.0

@@ -10,7 +10,8 @@ from torch import Tensor
 from blockstab.boxes.box import Boxes
 from blockstab.convex import Polygons, centroid, hull, signed_distance
 from blockstab.stability.area import on_ground
-from blockstab.stability.support import Supports, SupportType
+from blockstab.stability.loads import loads
+from blockstab.stability.support import Supports
 
 EDGE_REACH = 0.01  # metres by which a support without area (an edge, a corner) is taken to reach around itself
 
@@ -113,34 +114,6 @@ def slots_of(supports: Supports, n: int) -> tuple[Tensor, Tensor]:
     return slots, torch.arange(slots.shape[1]) < amount[:, None]
 
 
-def levels(supports: Supports, n: int) -> Tensor:
-    """(N,) how many layers of boxes lie on each box: 0 for those on top, so that load flows upwards in number."""
-    resting = (supports.supporter >= 0) & (supports.type != SupportType.SIDE)
-    upper, lower = supports.supported[resting], supports.supporter[resting]
-    level = torch.zeros(n, dtype=torch.long)
-    for _ in range(n):
-        raised = level.scatter_reduce(0, lower, level[upper] + 1, "amax")
-        if bool((raised == level).all()):
-            break
-        level = raised
-    return level
-
-
-def loads(supports: Supports, n: int) -> Tensor:
-    """(N, N) bool: row b holds b and every box that rests, through however many others, on b.
-
-    Side supports carry no weight: they push, and what they hold up rests elsewhere.
-    """
-    resting = (supports.supporter >= 0) & (supports.type != SupportType.SIDE)
-    on = torch.eye(n)
-    on[supports.supporter[resting], supports.supported[resting]] = 1.0
-    while True:
-        further = ((on @ on) > 0).to(on.dtype)
-        if bool((further == on).all()):
-            return on > 0
-        on = further
-
-
 def balance(boxes: Boxes, movable: Tensor, supports: Supports, slack: Tensor) -> Balance:
     """Judge each box, with all that rests on it, over the hull of its supporting areas.
 
@@ -151,7 +124,8 @@ def balance(boxes: Boxes, movable: Tensor, supports: Supports, slack: Tensor) ->
     """
     n = len(boxes)
     slots, used = slots_of(supports, n)
-    center = mass_centers(boxes, loads(supports, n))
+    # Side supports carry no weight: they push, and what they hold up rests elsewhere.
+    center = mass_centers(boxes, loads(*supports.resting(), n))
     held = combined(supports.area, slots, used)
     margin = margins(held, center)
     return Balance(

@@ -10,7 +10,7 @@ from blockstab.stability.balance import balance
 from blockstab.stability.support import Supports
 from blockstab.stability.trimming import trim
 
-_TABLE = 256  # boxes judged together: the square of their number is what costs
+_TABLE = 1024  # boxes judged together: the square of their number is what costs
 
 
 def falls_if_removed(

@@ -13,6 +13,7 @@ from blockstab.boxes.box import Boxes
 from blockstab.boxes.separation import Separation
 from blockstab.convex import Polygons, concatenate
 from blockstab.stability.area import footprints, lowest_corners, surface_areas, touching_edges
+from blockstab.stability.loads import loads
 
 GROUND = -1  # the ground plane, where a supporter's index is asked for
 
@@ -46,6 +47,11 @@ class Supports:
 
     def __getitem__(self, index: Tensor) -> Supports:
         return Supports(self.supporter[index], self.supported[index], self.type[index], self.area[index])
+
+    def resting(self) -> tuple[Tensor, Tensor]:
+        """Pairs (R,), (R,) of boxes of which the first rests on the second: on-top relations between boxes."""
+        on_box = (self.supporter != GROUND) & (self.type != SupportType.SIDE)
+        return self.supported[on_box], self.supporter[on_box]
 
     def between(self, start: int, stop: int) -> Supports:
         """The relations of boxes `start` to `stop - 1`, which are counted from 0 in the answer."""
@@ -110,9 +116,9 @@ def candidate_supports(
     top = _on_top(boxes, shadows, lower_box, upper_box, rules)
     floor = _on_floor(boxes, shadows, ground_height, touch, rules)
     top, floor = top[movable[top.supported]], floor[movable[floor.supported]]
-    resting = _resting(top, len(boxes))
+    carried = loads(*top.resting(), len(boxes))
     aside, beside = torch.cat([first[~upright], second[~upright]]), torch.cat([second[~upright], first[~upright]])
-    possible = movable[beside] & ~resting[aside, beside]
+    possible = movable[beside] & ~carried[beside, aside]
     aside, beside = aside[possible], beside[possible]
     side = Supports(
         aside, beside, torch.full_like(aside, SupportType.SIDE), touching_edges(boxes, aside, beside)
@@ -180,14 +186,3 @@ def _on_floor(
         [torch.full_like(flat, SupportType.SURFACE), torch.full_like(tilted, SupportType.PARTIAL)]
     )
     return Supports(torch.full_like(supported, GROUND), supported, kind, area)
-
-
-def _resting(top: Supports, n: int) -> Tensor:
-    """(N, N) bool: whether a rests, through however many others, on b."""
-    reach = torch.zeros(n, n)
-    reach[top.supported, top.supporter] = 1.0
-    while True:
-        further = ((reach + reach @ reach) > 0).to(reach.dtype)
-        if bool((further == reach).all()):
-            return reach > 0
-        reach = further

@@ -11,7 +11,8 @@ from torch import Tensor
 from blockstab.boxes.box import Boxes
 from blockstab.convex import area, centroid
 from blockstab.stability.area import on_ground
-from blockstab.stability.balance import combined, levels, margins, mass_centers, slots_of
+from blockstab.stability.balance import combined, margins, mass_centers, slots_of
+from blockstab.stability.loads import levels, pass_down
 from blockstab.stability.support import Supports, SupportType
 
 _TOP_SLOTS, _SIDE_SLOTS = 4, 4  # supports of one box that are tried in combination; more are never seen
@@ -23,7 +24,7 @@ def trim(boxes: Boxes, candidates: Supports, slack: Tensor) -> Supports:
 
     Surface supports alone, if they suffice. Else the smallest combination of on-top supports and at most two
     side supports that does; among equals the one whose hull holds the centre of mass most centrally, then the
-    larger hull. Where nothing suffices, all are kept.
+    larger hull. Where no combination suffices, or all candidates together do not, all are kept.
 
     The load of a box is what the boxes above it were found to rest on, so the order matters: a box is judged
     after everything that may rest on it.
@@ -32,7 +33,7 @@ def trim(boxes: Boxes, candidates: Supports, slack: Tensor) -> Supports:
         boxes: N boxes; candidates: relations between them; slack: (N,) metres, as in `balance`.
     """
     n = len(boxes)
-    level = levels(candidates, n)
+    level = levels(*candidates.resting(), n)
     slots, used = slots_of(candidates, n)
     kind = candidates.type[slots].masked_fill(~used, -1) if len(candidates) else torch.full_like(slots, -1)
     kept = torch.zeros_like(used)
@@ -41,19 +42,10 @@ def trim(boxes: Boxes, candidates: Supports, slack: Tensor) -> Supports:
         now = (level == height).nonzero()[:, 0]
         center = mass_centers(boxes, load[now])
         kept[now] = _needed(candidates, slots[now], used[now], kind[now], center, slack[now])
-        load = _passed_down(load, candidates, slots[now], kept[now] & (kind[now] != SupportType.SIDE), now)
+        carrying = candidates[slots[now][kept[now]]]
+        pass_down(load, *carrying.resting())
     flat = slots[kept]
     return candidates[flat.sort().values]
-
-
-def _passed_down(load: Tensor, candidates: Supports, slots: Tensor, carries: Tensor, now: Tensor) -> Tensor:
-    """Add the load of the boxes `now` to that of the boxes they rest on."""
-    row, column = carries.nonzero(as_tuple=True)
-    below = candidates.supporter[slots[row, column]]
-    row, below = row[below >= 0], below[below >= 0]
-    add = torch.zeros(len(load), len(now))
-    add[below, row] = 1.0
-    return load | ((add @ load[now].to(add.dtype)) > 0)
 
 
 def _needed(
@@ -61,7 +53,8 @@ def _needed(
 ) -> Tensor:
     """(K, S) which supports of K boxes to keep."""
     surface = used & (kind == SupportType.SURFACE)
-    # More support never hurts: what all candidates together cannot hold, no choice of them can.
+    # An edge alone reaches a little further than a hull with area (see `footing`): what all candidates together
+    # cannot hold shall not stand on one of them.
     held = combined(candidates.area, slots.repeat(2, 1), torch.cat([surface, used]))
     by_surface, possible = (margins(held, center.repeat(2, 1)) >= -slack.repeat(2)).chunk(2)
     kept = torch.where(by_surface[:, None], surface, used)

@@ -95,7 +95,8 @@ def test_the_box_of_a_segment_does_not_depend_on_when_it_is_asked_for(
         catalogue = Catalogue(SegmentPoints(*pixels, ATOMS, 100), Counting())
         for one in order:
             catalogue.rows(one)
-        fits = catalogue.fits[catalogue.rows(wanted)]
+        rows = catalogue.rows(wanted)
+        fits = catalogue.fits[rows]
         found.append((fits.boxes.center, fits.boxes.rotation, fits.boxes.half_extent, fits.mean))
     for other in found[1:]:
         assert all(torch.equal(a, b) for a, b in zip(found[0], other, strict=True))
@@ -231,6 +232,5 @@ def test_a_prefix_of_the_points_is_a_fair_sample_of_the_atoms(pixels: tuple[Tens
 
 def test_segments_of_different_pixels_have_different_seeds(pixels: tuple[Tensor, Tensor]) -> None:
     choice = segments(*chain.from_iterable(combinations(range(ATOMS), size) for size in range(1, ATOMS + 1)))
-    _, count, seed = SegmentPoints(*pixels, ATOMS, PIXELS).gather(choice)
-    assert len(seed.unique()) == len({(n, int(s)) for n, s in zip(count.tolist(), seed, strict=True)})
+    _, _, seed = SegmentPoints(*pixels, ATOMS, PIXELS).gather(choice)
     assert len(seed.unique()) > 0.95 * len(choice)

@@ -1,0 +1,271 @@
+"""Photographs understood: supports and stability as worked by hand, whatever else is understood with them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass, replace
+
+import pytest
+import torch
+from torch import Tensor
+
+from blockstab.boxes.background import BackgroundRules
+from blockstab.convex import Polygons
+from blockstab.interpretation import Interpreter
+from blockstab.parser import View, make_view
+from blockstab.proposals.watershed import Watershed
+from blockstab.reasoning import Rules
+from blockstab.rgbd.ground import ground_from_up
+from blockstab.scene import Scene
+from blockstab.segments.segmentation import Segmentation
+from blockstab.stability.support import GROUND, SupportType, tilt
+from tests.synthetic import (
+    BLOCKS,
+    TABLE_Y,
+    Photograph,
+    interpreter,
+    over_split,
+    photograph,
+    variants,
+    view_of,
+)
+from tests.worlds import Block
+
+MM = 1e-3
+# A plank of 0.3 m that leans at 30 degrees to the vertical on a block on its left.
+_FOOT = 0.1 - 0.01 - 0.3 * math.sin(math.radians(30))
+LEANING = (Block(0.1, 0, 0.02, 0.3, d=0.12, tilt_deg=30), Block(_FOOT - 0.04, 0, 0.08, 0.26, d=0.16))
+
+
+def understood(photo: Photograph, rules: Rules | None = None) -> tuple[Scene, list[int]]:
+    """The true segments understood, and the label of each."""
+    view = view_of(photo)
+    (scene,) = interpreter(view, rules)([view.start])
+    return scene, labels_of(view, scene.segmentation)
+
+
+def labels_of(view: View, segmentation: Segmentation) -> list[int]:
+    inside = [(view.atoms.label - 1 == min(segment)) for segment in segmentation.segments]
+    return [int(view.label[place].mode().values) for place in inside]
+
+
+def supports(photo: Photograph, rules: Rules | None = None) -> set[tuple[int, int, str]]:
+    """(supporter, supported, type in lower case) by label; 0 is the ground."""
+    scene, labels = understood(photo, rules)
+    name = {GROUND: 0, **dict(enumerate(labels))}
+    columns = (scene.supports.supporter, scene.supports.supported, scene.supports.type)
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    return {(name[a], name[b], SupportType(kind).name.lower()) for a, b, kind in rows}
+
+
+def tilts_deg(scene: Scene) -> Tensor:
+    return torch.rad2deg(tilt(scene.boxes.rotation.transpose(1, 2)).amin(dim=1))
+
+
+def test_boxes_are_where_the_blocks_are():
+    photo = photograph(*BLOCKS)
+    scene, labels = understood(photo)
+    for label in (2, 3, 4):  # of the fifth, the foot is hidden
+        box, truth = scene.boxes[[labels.index(label)]], photo.boxes[[label - 2]]
+        assert float((box.center - truth.center).norm()) < 4 * MM
+        half = box.half_extent.sort(dim=1).values - truth.half_extent.sort(dim=1).values
+        assert float(half.abs().amax()) < 4 * MM
+
+
+def test_the_supports_of_a_tower_and_its_neighbours():
+    assert supports(photograph(*BLOCKS)) == {
+        (0, 2, "surface"), (2, 3, "surface"), (0, 4, "surface"), (0, 5, "surface"),
+    }  # fmt: skip
+
+
+def test_what_stands_is_stable_and_its_margin_is_the_way_to_the_edge():
+    scene, labels = understood(photograph(*BLOCKS))
+    assert bool(scene.balance.stable.all())
+    margin = dict(zip(labels, scene.balance.margin.tolist(), strict=True))
+    assert margin.pop(1) == math.inf  # the table
+    assert [margin[label] for label in (2, 3, 4, 5)] == pytest.approx([0.06, 0.05, 0.05, 0.04], abs=3 * MM)
+
+
+def test_what_hangs_over_too_far_is_unstable_and_topples():
+    scene, labels = understood(photograph(Block(0, 0, 0.12, 0.1, d=0.12), Block(0.1, 0.1, 0.16, 0.06, d=0.1)))
+    verdict = dict(zip(labels, scene.balance.stable.tolist(), strict=True))
+    assert verdict == {1: True, 2: True, 3: False}
+    assert float(scene.balance.margin[labels.index(3)]) == pytest.approx(-0.04, abs=3 * MM)
+
+
+def test_the_table_is_background_and_stands_for_the_ground():
+    scene, labels = understood(photograph(*BLOCKS))
+    assert scene.background.tolist() == [label == 1 for label in labels]
+    table = labels.index(1)
+    assert table not in scene.supports.supporter.tolist()
+    assert table not in scene.supports.supported.tolist()
+
+
+def test_background_is_told_from_the_shape_where_nothing_is_known():
+    view = view_of(photograph(*BLOCKS), Watershed())
+    strangers = torch.full_like(view.known, -1)
+    interpret = interpreter(replace(view, known=strangers))
+    (scene,) = interpret([view.start])
+    assert int(scene.background.sum()) == 1
+    assert int(scene.pixels[scene.background]) == int(scene.pixels.max())
+
+
+def test_what_is_known_of_a_segment_counts_more_than_its_shape():
+    photo = photograph(*BLOCKS)
+    odd = replace(photo, frame=replace(photo.frame, background_ids=(4,)))
+    scene, labels = understood(odd)
+    assert scene.background.tolist() == [label == 4 for label in labels]
+
+
+@pytest.mark.parametrize("noise", [5e-4, 1.5e-3])
+def test_boxes_that_stand_on_the_ground_become_upright(noise):
+    photo = photograph(*BLOCKS, noise=noise)
+    as_fitted, _ = understood(photo, Rules(refit_rounds=0))
+    refitted, labels = understood(photo)
+    objects = torch.tensor([label != 1 for label in labels])
+    assert float(tilts_deg(as_fitted)[objects].amax()) > 0.01
+    assert float(tilts_deg(refitted)[objects].amax()) < 1e-5
+
+
+@pytest.mark.parametrize("slant", [-0.12, 0.12])
+def test_a_box_tilted_by_noise_is_made_flat_by_what_it_stands_on(slant):
+    # Depth that drifts over the upper block tilts what is seen of it, as in Fig. 10.
+    photo = photograph(*BLOCKS)
+    rows = torch.arange(len(photo.frame.depth), dtype=torch.float64)[:, None].expand_as(photo.frame.depth)
+    upper = photo.frame.label == 3
+    drift = slant * (rows - rows[upper].mean()) / 260.0 * upper
+    odd = replace(photo, frame=replace(photo.frame, depth=photo.frame.depth * (1 + drift)))
+    as_fitted, labels = understood(odd, Rules(refit_rounds=0))
+    refitted, _ = understood(odd)
+    assert float(tilts_deg(as_fitted)[labels.index(3)]) > 2.0
+    assert float(tilts_deg(refitted)[labels.index(3)]) < 1e-5
+    assert bool(refitted.balance.stable.all())
+
+
+@pytest.mark.parametrize("turn_deg", [25.0, -25.0, 10.0])
+def test_a_plank_that_truly_leans_is_left_alone(turn_deg):
+    photo = photograph(*LEANING, turn_deg=turn_deg)
+    assert supports(photo) == {(0, 2, "partial"), (3, 2, "side"), (0, 3, "surface")}
+    scene, labels = understood(photo)
+    assert float(tilts_deg(scene)[labels.index(2)]) == pytest.approx(30.0, abs=0.5)
+    assert bool(scene.balance.stable.all())
+    before, _ = understood(photo, Rules(refit_rounds=0))
+    plank = labels.index(2)
+    assert torch.equal(before.boxes.center[plank], scene.boxes.center[plank])
+
+
+def test_without_trimming_every_nearness_counts():
+    photo = photograph(Block(0, 0, 0.1, 0.14), Block(0.11, 0, 0.1, 0.1))
+    assert supports(photo) == {(0, 2, "surface"), (0, 3, "surface")}
+    every = supports(photo, Rules(trimming=False))
+    assert every == {(0, 2, "surface"), (0, 3, "surface"), (2, 3, "side"), (3, 2, "side")}
+
+
+def test_a_box_whose_foot_is_hidden_reaches_down_to_the_table():
+    # Alone it would float: the block before it hides all but its upper part.
+    photo = photograph(Block(0, 0, 0.4, 0.12, z=0.1, d=0.06), Block(0, 0, 0.1, 0.2, z=-0.02), turn_deg=0.0)
+    short, labels = understood(photo, Rules(refit_rounds=0))
+    scene, _ = understood(photo)
+    hidden = labels.index(3)
+    assert float(short.boxes.corners()[hidden, :, 1].amin()) > TABLE_Y + 0.03
+    assert float(scene.boxes.corners()[hidden, :, 1].amin()) == pytest.approx(TABLE_Y, abs=3 * MM)
+    assert (0, 3, "surface") in supports(photo)
+
+
+def test_without_a_ground_the_lowest_points_bear():
+    view = view_of(photograph(*BLOCKS))
+    adrift = replace(view, ground=replace(view.ground, height=None))
+    (scene,) = interpreter(adrift)([view.start])
+    assert bool((scene.supports.supporter == GROUND).any())
+
+
+@pytest.mark.parametrize("degrees", [0.0, 50.0, 200.0])
+def test_turning_the_world_about_the_vertical_turns_the_boxes_and_changes_no_verdict(degrees):
+    view = view_of(photograph(*BLOCKS))
+    cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    turn = torch.tensor([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]], dtype=torch.float64)
+    ground = replace(view.ground, world_from_camera=turn @ view.ground.world_from_camera)
+    turned = replace(view, cloud=view.cloud.rotated(turn), ground=ground)
+    (before,), (after,) = interpreter(view)([view.start]), interpreter(turned)([view.start])
+    torch.testing.assert_close(after.boxes.center, before.boxes.rotated(turn).center, rtol=0.0, atol=1e-6)
+    assert after.supports.supporter.tolist() == before.supports.supporter.tolist()
+    assert after.balance.stable.tolist() == before.balance.stable.tolist()
+
+
+def test_a_batch_gives_the_same_scenes_as_one_by_one():
+    view = view_of(photograph(*BLOCKS))
+    many, grown = variants(view, 24), interpreter(view)
+    together = interpreter(view)(many)
+    for order, others in {
+        "backwards": interpreter(view)(many[::-1])[::-1],
+        "in turn": [grown([one])[0] for one in many],
+        "each anew": [interpreter(view)([one])[0] for one in many],
+    }.items():
+        for one, scene, other in zip(many, together, others, strict=True):
+            assert other.segmentation == scene.segmentation == one
+            assert _differences(scene, other) == [], order
+
+
+def test_no_segmentation_gives_no_scene():
+    assert interpreter(view_of(photograph(*BLOCKS)))([]) == []
+
+
+def test_what_was_understood_once_costs_nothing_more():
+    view = view_of(photograph(*BLOCKS))
+    interpret = interpreter(view)
+    interpret([view.start])
+    fits = len(interpret.catalogue)
+    (again,) = interpret([view.start])
+    assert len(interpret.catalogue) == fits
+    assert again.segmentation == view.start
+
+
+def test_a_move_costs_the_box_that_is_new_and_re_fits_about_it():
+    view = view_of(photograph(*BLOCKS))
+    interpret = interpreter(view)
+    start = over_split(view)
+    (scene,) = interpret([start])
+    before = len(interpret.catalogue)
+    first, second = start.neighbours(view.atoms)
+    objects = ~scene.background[first] & ~scene.background[second]
+    interpret([start.merge(int(first[objects][0]), int(second[objects][0]))])
+    # The new box, free and to an axis or two; those above it may follow it.
+    assert before + 1 <= len(interpret.catalogue) <= before + 8
+
+
+def test_an_atom_without_depth_is_refused():
+    view = view_of(photograph(*BLOCKS))
+    hole = view.atoms.label == 3
+    cloud = replace(view.cloud, valid=view.cloud.valid & ~hole)
+    with pytest.raises(ValueError, match="Atom 3 holds no pixel with depth"):
+        Interpreter(cloud, view.sight, view.ground, view.atoms, Rules())
+
+
+def test_the_thresholds_of_background_are_those_given():
+    photo = photograph(*BLOCKS)
+    view = make_view(photo.frame, Watershed(), lambda frame, cloud: ground_from_up(cloud, frame.up_camera))
+    unknown = replace(view, known=torch.full_like(view.known, -1))
+    nothing = Rules(background=BackgroundRules(plane_share=1.1))
+    assert not bool(interpreter(unknown, nothing)([view.start])[0].background.any())
+
+
+def _differences(one: object, other: object, path: str = "scene") -> list[str]:
+    """Where two values differ in a bit; places past the vertices of a polygon do not count."""
+    return [
+        name
+        for (name, a), (_, b) in zip(_tensors(one, path), _tensors(other, path), strict=True)
+        if a.shape != b.shape or not torch.equal(a.nan_to_num(-7.0), b.nan_to_num(-7.0))
+    ]
+
+
+def _tensors(value: object, path: str) -> Iterator[tuple[str, Tensor]]:
+    if isinstance(value, Tensor):
+        yield path, value
+    elif isinstance(value, Polygons):
+        yield f"{path}.count", value.count
+        place = torch.arange(value.vertices.shape[1]) < value.count[:, None]
+        yield f"{path}.vertices", value.vertices[place]
+    elif is_dataclass(value):
+        for field in fields(value):
+            yield from _tensors(getattr(value, field.name), f"{path}.{field.name}")

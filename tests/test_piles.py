@@ -1,0 +1,62 @@
+"""Which objects can hold each other up, and tables of several such groups."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+
+from blockstab.piles import REACH_M, PileTable, pile_numbers, shifted
+from blockstab.stability.support import GROUND
+from tests import worlds
+from tests.worlds import Block, build, judge
+
+
+def numbers(*blocks: Block) -> list[int]:
+    boxes, movable = build(*blocks)
+    return pile_numbers(boxes, ~movable).tolist()
+
+
+@pytest.mark.parametrize(("gap", "together"), [(REACH_M - 0.001, True), (REACH_M + 0.001, False)])
+def test_objects_within_reach_of_each_other_form_a_pile(gap, together):
+    one, two = numbers(Block(0, 0, 0.1, 0.1), Block(0.1 + gap, 0, 0.1, 0.1))
+    assert (one == two) == together
+
+
+def test_objects_linked_by_others_form_a_pile():
+    row = [Block(0.12 * k, 0, 0.1, 0.1) for k in range(6)]
+    assert numbers(row[0], row[5], *row[1:5]) == [0] * 6
+
+
+def test_an_object_high_above_another_is_in_its_pile():
+    assert numbers(Block(0, 0, 0.1, 0.1), Block(0, 1.0, 0.1, 0.1)) == [0, 0]
+
+
+def test_background_is_in_no_pile_and_links_none():
+    table = Block(0, -0.1, 4.0, 0.1, d=4.0, fixed=True)
+    assert numbers(Block(-1, 0, 0.1, 0.1), table, Block(1, 0, 0.1, 0.1)) == [0, -1, 2]
+
+
+@pytest.mark.parametrize("blocks", [worlds.TENT, worlds.BRIDGE, worlds.COUNTERWEIGHT])
+def test_what_holds_each_other_up_is_one_pile(blocks):
+    assert numbers(*blocks) == [0] * len(blocks)
+
+
+def test_a_table_of_piles_pairs_segments_within_a_pile_only():
+    segments = [frozenset({k}) for k in range(6)]
+    table = PileTable.of(
+        [(segments[0], segments[3], segments[5]), (segments[1],), (segments[2], segments[4])]
+    )
+    assert table.segments == tuple(segments[k] for k in (0, 3, 5, 1, 2, 4))
+    assert table.start == (0, 3, 4, 6)
+    pairs = zip(table.first.tolist(), table.second.tolist(), strict=True)
+    assert set(pairs) == {(0, 1), (0, 2), (1, 2), (4, 5)}
+
+
+def test_relations_are_renamed_and_the_ground_stays_the_ground():
+    supports = judge(*worlds.STACK).supports
+    renamed = shifted(supports, torch.tensor([4, 7]))
+    assert list(zip(renamed.supporter.tolist(), renamed.supported.tolist(), strict=True)) == [
+        (GROUND, 4),
+        (4, 7),
+    ]
+    assert renamed.type is supports.type
