@@ -63,15 +63,17 @@ def row_of(
     where = out / "predictions" / name
     failed = [o.error for o in parse_all(jobs, parser, settings, where, cfg.jobs, report=False) if o.error]
     if failed:
-        raise SystemExit(f"{name}: {len(failed)} of {len(jobs)} scenes failed; a score without them would mislead.")
+        raise SystemExit(
+            f"{name}: {len(failed)} of {len(jobs)} scenes failed; a score without them would mislead."
+        )
     each = {f.name: score_scene(f, where / f.name, tuple(method.scores)) for f in folders}
     scores, intervals = {}, {}
     for score in method.scores:
-        parts = [s[score] for s in each.values() if s[score].count]
+        parts = [s[score] for s in each.values() if s[score].things]
         scores[score] = pooled(parts)
         intervals[score] = interval(parts, cfg.seed)
     per_image = {
-        scene: {k: s.total / s.count for k, s in found.items() if s.count} for scene, found in each.items()
+        scene: {k: s.total / s.things for k, s in found.items() if s.things} for scene, found in each.items()
     }
     return {
         "method": name,
@@ -84,7 +86,7 @@ def row_of(
 
 def pooled(parts: list[Score]) -> float | None:
     """The mean over all things scored."""
-    return sum(p.total for p in parts) / sum(p.count for p in parts) if parts else None
+    return sum(p.total for p in parts) / sum(p.things for p in parts) if parts else None
 
 
 def interval(parts: list[Score], seed: int) -> list[float] | None:
@@ -92,7 +94,7 @@ def interval(parts: list[Score], seed: int) -> list[float] | None:
     if not parts:
         return None
     total = torch.tensor([p.total for p in parts], dtype=torch.float64)
-    count = torch.tensor([p.count for p in parts], dtype=torch.float64)
+    count = torch.tensor([p.things for p in parts], dtype=torch.float64)
     generator = torch.Generator().manual_seed(seed)
     draws = torch.randint(0, len(parts), (RESAMPLES, len(parts)), generator=generator)
     means = total[draws].sum(dim=1) / count[draws].sum(dim=1)

@@ -22,7 +22,7 @@ import blockstab
 from blockstab.export import write_whole
 from blockstab.rgbd.frame import read_scene
 from models.checkpoint import save_potentials
-from models.examples import COLUMNS, ExampleMaker, Examples, Rows, joined
+from models.examples import COLUMNS, ExampleMaker, Examples, Rows
 from models.potential import choose_c, fit_potential
 
 
@@ -31,8 +31,7 @@ def main(cfg: DictConfig) -> None:
     """Train the unary, pairwise and merge potentials of one head."""
     folders = instantiate(cfg.data).folders()
     maker = ExampleMaker(instantiate(cfg.proposals), variants=cfg.variants)
-    key = OmegaConf.to_yaml(cfg.proposals) + f"{cfg.variants} {cfg.seed}"
-    examples = gathered(folders, maker, key, cfg.seed, Path(cfg.cache), cfg.jobs)
+    examples = gathered(folders, maker, cfg.seed, Path(cfg.cache), cfg.jobs)
     head = instantiate(cfg.potential)
     potentials, facts = {}, {}
     for name in Examples._fields:
@@ -54,27 +53,25 @@ def main(cfg: DictConfig) -> None:
     print(f"potentials in {cfg.output}.safetensors and {cfg.output}.json")
 
 
-def gathered(
-    folders: list[Path], maker: ExampleMaker, key: str, seed: int, cache: Path, jobs: int
-) -> list[Examples]:
+def gathered(folders: list[Path], maker: ExampleMaker, seed: int, cache: Path, jobs: int) -> list[Examples]:
     """The examples of each scene, made once and kept in `cache`; a killed run goes on where it was."""
     cache.mkdir(parents=True, exist_ok=True)
-    make = partial(examples_of, maker=maker, key=key, seed=seed, cache=cache)
+    make = partial(examples_of, maker=maker, seed=seed, cache=cache)
     results = Parallel(n_jobs=jobs, return_as="generator")(delayed(make)(folder) for folder in folders)
     return list(track(results, "examples", len(folders), console=Console(stderr=True)))
 
 
-def examples_of(folder: Path, maker: ExampleMaker, key: str, seed: int, cache: Path) -> Examples:
+def examples_of(folder: Path, maker: ExampleMaker, seed: int, cache: Path) -> Examples:
     """The examples of one scene, from the cache where it holds them."""
     torch.set_num_threads(1)
-    digest = hashlib.sha256(f"{blockstab.__version__} {key}".encode())
+    digest = hashlib.sha256(f"{blockstab.__version__} {maker} {seed}".encode())
     for name in ("color.png", "depth.png", "label.png", "meta.json"):
         digest.update((folder / name).read_bytes())
     file = cache / f"{digest.hexdigest()[:32]}.safetensors"
     if file.is_file():
         kept = load_file(file)
         return Examples(*(Rows(kept[f"{n}.features"], kept[f"{n}.target"]) for n in Examples._fields))
-    drawn = int.from_bytes(digest.digest()[:6], "big") ^ seed
+    drawn = int.from_bytes(digest.digest()[:6], "big")
     examples = maker(read_scene(folder), torch.Generator().manual_seed(drawn))
     tensors = {
         f"{name}.{part}": tensor.contiguous()
@@ -82,7 +79,7 @@ def examples_of(folder: Path, maker: ExampleMaker, key: str, seed: int, cache: P
         for part, tensor in rows._asdict().items()
     }
     write_whole(file, save(tensors))
-    return joined([examples])
+    return examples
 
 
 def provenance(cfg: DictConfig, images: int, facts: dict[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Fitting 50 boxes to 2,000 points each: minimum surface distance beside Open3D's minimal oriented bounding box."""
+"""Fitting 50 boxes to 2,000 points each, beside Open3D's minimal oriented bounding box."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From segmentations to scenes. Only the piles that a segmentation does not share with an earlier one are thought over."""
+"""From segmentations to scenes; only piles that no earlier segmentation had are thought over."""
 
 from __future__ import annotations
 
@@ -56,7 +56,9 @@ class Interpreter:
         points = cloud.points[inside]
         self._points = SegmentPoints(points, atoms.label[inside] - 1, len(atoms), rules.fitter.max_points)
         if bool((self._points.count == 0).any()):
-            raise ValueError(f"Atom {int((self._points.count == 0).nonzero()[0]) + 1} holds no pixel with depth.")
+            raise ValueError(
+                f"Atom {int((self._points.count == 0).nonzero()[0]) + 1} holds no pixel with depth."
+            )
         self.atoms, self.ground, self.rules = atoms, ground, rules
         self.catalogue = Catalogue(self._points, rules.fitter)
         height = _lowest(points) if ground.height is None else ground.height
@@ -78,7 +80,9 @@ class Interpreter:
         background, at_ground = self._backgrounds(segments)
         number = pile_numbers(self.catalogue.fits.boxes[self.catalogue.rows(segments)], background).tolist()
         walls = [
-            s for s, b, g in zip(segments, background.tolist(), at_ground.tolist(), strict=True) if b and not g
+            s
+            for s, b, g in zip(segments, background.tolist(), at_ground.tolist(), strict=True)
+            if b and not g
         ]
         members: dict[int, list[Segment]] = {}
         for segment, pile in zip(segments, number, strict=True):
@@ -125,7 +129,9 @@ class Interpreter:
             fit_mean=fits.mean,
             fit_variance=fits.variance,
             visible_share=fits.visible_share,
-            pairs=Pairs(first, second, apart.gap, apart.direction, _bordering(one, self.atoms, first, second)),
+            pairs=Pairs(
+                first, second, apart.gap, apart.direction, _bordering(one, self.atoms, first, second)
+            ),
             candidates=join(candidates),
             supports=join(supports),
             balance=verdict,

@@ -23,7 +23,8 @@ def overlap_score(truth: Tensor, predicted: Tensor, objects: tuple[int, ...]) ->
     """
     if truth.shape != predicted.shape:
         raise ValueError(
-            f"Label images must be of one size, but the truth has {tuple(truth.shape)}, the prediction {tuple(predicted.shape)}."
+            f"Label images must be of one size, but the truth has {tuple(truth.shape)}, "
+            f"the prediction {tuple(predicted.shape)}."
         )
     iou, ids = intersection_over_union(truth, predicted)
     scored = torch.isin(ids, torch.tensor(objects, dtype=ids.dtype))
@@ -38,9 +39,9 @@ def intersection_over_union(truth: Tensor, predicted: Tensor) -> tuple[Tensor, T
     Returns:
         (G, S) float64 for the G true ids and S predicted ids above 0, each in ascending order; and the true ids (G,).
     """
-    true_ids, t = truth.flatten().unique(return_inverse=True)
-    found_ids, f = predicted.flatten().unique(return_inverse=True)
-    joint = torch.bincount(t * len(found_ids) + f, minlength=len(true_ids) * len(found_ids))
+    true_ids, t = torch.unique(truth, return_inverse=True)
+    found_ids, f = torch.unique(predicted, return_inverse=True)
+    joint = torch.bincount((t * len(found_ids) + f).flatten(), minlength=len(true_ids) * len(found_ids))
     both = joint.view(len(true_ids), len(found_ids)).to(torch.float64)
     union = both.sum(dim=1, keepdim=True) + both.sum(dim=0, keepdim=True) - both
     return (both / union)[true_ids > 0][:, found_ids > 0], true_ids[true_ids > 0]

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache
 from typing import Protocol
 
 import torch
@@ -178,7 +178,7 @@ class Parser:
         interpret = Interpreter(view.cloud, view.sight, view.ground, view.atoms, self.rules, view.known)
         hierarchy = build_hierarchy(view.atoms)
 
-        @lru_cache(maxsize=None)
+        @cache
         def split_once(segment: Segment) -> tuple[Segment, Segment] | None:
             return split(segment, view.atoms, hierarchy)
 

@@ -1,4 +1,4 @@
-"""The loop of sections 4 to 6: relate the boxes, drop what stability does not need, correct the boxes by how they stand."""
+"""The loop of sections 4 to 6: relate boxes, drop what stability does not need, correct what stands."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class Rules:
     """
 
     fitter: BoxFitter = field(default_factory=MinimumSurface)
-    support: SupportRules = SupportRules()
-    background: BackgroundRules = BackgroundRules()
+    support: SupportRules = field(default_factory=SupportRules)
+    background: BackgroundRules = field(default_factory=BackgroundRules)
     trimming: bool = True
     refit_rounds: int = 2
 

@@ -26,7 +26,7 @@ class Score(NamedTuple):
     """A sum over what was scored in one image, and how many things that were."""
 
     total: float
-    count: int
+    things: int
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import torch
@@ -69,7 +69,7 @@ class ExampleMaker:
     """
 
     proposal: Proposal
-    rules: Rules = Rules()
+    rules: Rules = field(default_factory=Rules)
     variants: int = 5
 
     def __call__(self, frame: Frame, generator: torch.Generator) -> Examples:
@@ -129,6 +129,4 @@ def _rows_of(scene: Scene, overlap: Overlap) -> Examples:
 
 
 def _no_rows(kind: str) -> Rows:
-    return Rows(
-        torch.empty(0, len(COLUMNS[kind]), dtype=torch.float64), torch.empty(0, dtype=torch.float64)
-    )
+    return Rows(torch.empty(0, len(COLUMNS[kind]), dtype=torch.float64), torch.empty(0, dtype=torch.float64))

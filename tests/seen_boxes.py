@@ -8,8 +8,11 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
+from blockstab.boxes.catalogue import BoxFitter
+from blockstab.boxes.fitting import Fits, MinimumSurface
 from blockstab.boxes.visibility import visible_faces
 
+POINTS = 2000  # of each box, where a test does not say otherwise
 _ORDERS = torch.tensor(list(permutations(range(3))))
 
 
@@ -39,7 +42,7 @@ def random_turns(number: int, generator: torch.Generator) -> Tensor:
 
 
 def seen_points(boxes: Boxes, number: int, generator: torch.Generator, noise_m: float = 0.0) -> Tensor:
-    """Points (N, number, 3) on the faces that the camera sees, as many on each as its apparent size calls for.
+    """Points (N, number, 3) on the faces that the camera sees, more on those that appear larger.
 
     Args:
         noise_m: standard deviation along the ray at one metre; it grows with the square of the distance.
@@ -59,6 +62,18 @@ def on_faces(boxes: Boxes, face: Tensor, place: Tensor) -> Tensor:
     side = torch.where(face % 2 == 0, 1.0, -1.0).to(place.dtype)
     place = place.scatter(2, (face // 2)[..., None], side[..., None])
     return boxes.center[:, None] + (place * boxes.half_extent[:, None]) @ boxes.rotation.transpose(1, 2)
+
+
+def fitted(points: Tensor, fitter: BoxFitter | None = None, axis: Tensor | None = None) -> Fits:
+    """Fit to all points (N, P, 3), set k with seed k; by minimum surface distance if not told otherwise."""
+    n = len(points)
+    return (fitter or MinimumSurface())(points, torch.full((n,), points.shape[1]), torch.arange(n), axis)
+
+
+def tensors(fits: Fits) -> list[Tensor]:
+    """All that fits hold."""
+    boxes = fits.boxes
+    return [boxes.center, boxes.rotation, boxes.half_extent, fits.mean, fits.variance, fits.visible_share]
 
 
 def axis_error_deg(found: Boxes, true: Boxes) -> Tensor:

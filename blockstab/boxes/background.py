@@ -62,6 +62,8 @@ def is_background(
     at_ground = (slope > math.cos(math.radians(rules.angle_deg))) & (level - ground_height < rules.ground_m)
     # What is seen beyond the edge of a table, and lower, does not stand on the table.
     below = level < ground_height - rules.below_m
-    wall = (slope < math.sin(math.radians(rules.angle_deg))) & (2 * boxes.half_extent.amax(dim=1) > rules.wall_m)
+    wall = (slope < math.sin(math.radians(rules.angle_deg))) & (
+        2 * boxes.half_extent.amax(dim=1) > rules.wall_m
+    )
     lies_in_ground = (level - ground_height).abs() < 2 * rules.ground_m
     return below | planar & (at_ground | wall | (share > rules.image_share)), lies_in_ground

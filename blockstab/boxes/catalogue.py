@@ -22,7 +22,8 @@ _NO_AXIS = b""
 class BoxFitter(Protocol):
     """What fits boxes: see `fitting.MinimumSurface`."""
 
-    max_points: int
+    @property
+    def max_points(self) -> int: ...
 
     def __call__(self, points: Tensor, count: Tensor, seed: Tensor, axis: Tensor | None = None) -> Fits: ...
 
@@ -140,7 +141,7 @@ class Catalogue:
         """Gaps and directions of pairs of rows (P,), measured once for each pair of boxes."""
         low, high = torch.minimum(first, second), torch.maximum(first, second)
         key = low << 32 | high
-        wanted, place = key.unique(return_inverse=True)
+        wanted, place = torch.unique(key, return_inverse=True)
         known = torch.searchsorted(self._pair_key, wanted)
         if len(self._pair_key):
             fresh = wanted[self._pair_key[known.clamp(max=len(self._pair_key) - 1)] != wanted]

@@ -21,14 +21,18 @@ _COARSE = _directions(torch.arange(0.0, 90.0, _COARSE_DEG, dtype=torch.float64))
 _FINE = _directions(torch.arange(-_COARSE_DEG, _COARSE_DEG + 1e-9, _FINE_DEG, dtype=torch.float64))
 
 
-def enclose(points: Tensor, present: Tensor, rotation: Tensor, outlier_share: float) -> tuple[Tensor, Tensor]:
+def enclose(
+    points: Tensor, present: Tensor, rotation: Tensor, outlier_share: float, away: Tensor
+) -> tuple[Tensor, Tensor]:
     """Reach along each axis so that at most `outlier_share` of the points stay outside.
 
     Each of the six faces may leave out a sixth of that share, so that the union of what is left out keeps
-    the bound jointly.
+    the bound jointly. A box thinner than `MIN_HALF_EXTENT` is thickened away from the camera: what was seen is
+    its near face.
 
     Args:
         points: (N, P, 3); present: (N, P); rotation: (N, R, 3, 3), columns are axes.
+        away: (N, 3) from the camera to the points.
 
     Returns:
         centers (N, R, 3) in the frame of the points, and half extents (N, R, 3), both metres.
@@ -37,9 +41,11 @@ def enclose(points: Tensor, present: Tensor, rotation: Tensor, outlier_share: fl
     rank = (outlier_share / 6 * present.sum(dim=1)).long()
     low = _lowest(local, present, rank)
     high = -_lowest(-local, present, rank)
-    half = ((high - low) / 2).clamp(min=MIN_HALF_EXTENT)
-    center = (rotation @ ((high + low) / 2)[..., None])[..., 0]
-    return center, half
+    half, middle = (high - low) / 2, (high + low) / 2
+    solid = half.clamp(min=MIN_HALF_EXTENT)
+    outward = (away[:, None, None] @ rotation)[..., 0, :].sign()  # of each axis, (N, R, 3)
+    center = (rotation @ (middle + outward * (solid - half))[..., None])[..., 0]
+    return center, solid
 
 
 def surface_distance(local: Tensor, half_extent: Tensor) -> Tensor:
@@ -78,7 +84,7 @@ def flat_frame(points: Tensor, present: Tensor, plane: Plane, flat: Tensor, outl
 
 
 def _smallest(seen: Tensor, present: Tensor, rank: Tensor, along: Tensor) -> Tensor:
-    """Of the directions (N, K, 2), the one whose rectangle around the points (N, 2, J) has the least area, (N, 2)."""
+    """Of the directions (N, K, 2), the one of the least rectangle around the points (N, 2, J), (N, 2)."""
     cos, sin = along.unbind(dim=-1)
     turned = torch.stack([along, torch.stack([-sin, cos], dim=-1)], dim=2) @ seen[:, None]
     sides = -_lowest(-turned, present, rank) - _lowest(turned, present, rank)  # (N, K, 2)

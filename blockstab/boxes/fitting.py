@@ -1,4 +1,4 @@
-"""Boxes of minimum surface distance (paper, section 4.1, Algorithm 1), and the re-fit with one axis given (section 6)."""
+"""Boxes of minimum surface distance (paper, Algorithm 1), and the re-fit with one axis given (section 6)."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def _check(points: Tensor, count: Tensor) -> None:
     if bool(wrong.any()):
         i = int(wrong.nonzero()[0])
         raise ValueError(
-            f"Every set needs at least 1 and at most {points.shape[1]} points, but set {i} says it has {int(count[i])}."
+            f"Every set needs 1 to {points.shape[1]} points, but set {i} says it has {int(count[i])}."
         )
 
 
@@ -147,21 +147,31 @@ def _fit_rows(
     return fits[torch.arange(len(rows))]
 
 
-def _fit_batch(points: Tensor, count: Tensor, seed: Tensor, settings: MinimumSurface, axis: Tensor | None) -> Fits:
+def _fit_batch(
+    points: Tensor, count: Tensor, seed: Tensor, settings: MinimumSurface, axis: Tensor | None
+) -> Fits:
     origin = _masked_mean(points, _present(points, count))
     tolerance = settings.tolerance.at(points)
     points = points - origin[:, None]
     few = min(settings.judged_points, points.shape[1])
-    rotation = _choose(points[:, :few], count.clamp(max=few), tolerance[:, :few], seed, settings, axis)
+    rotation = _choose(
+        points[:, :few], count.clamp(max=few), tolerance[:, :few], seed, settings, origin, axis
+    )
     present = _present(points, count)
     rotation = refine(rotation, points, present, tolerance, axis)
-    center, half = enclose(points, present, rotation[:, None], settings.outlier_share)
+    center, half = enclose(points, present, rotation[:, None], settings.outlier_share, origin)
     boxes = Boxes(center[:, 0] + origin, rotation, half[:, 0])
     return judged(boxes, points + origin[:, None], present)
 
 
 def _choose(
-    points: Tensor, count: Tensor, tolerance: Tensor, seed: Tensor, settings: MinimumSurface, axis: Tensor | None
+    points: Tensor,
+    count: Tensor,
+    tolerance: Tensor,
+    seed: Tensor,
+    settings: MinimumSurface,
+    away: Tensor,
+    axis: Tensor | None,
 ) -> Tensor:
     """The rotation of the best restart, (N, 3, 3): least sum of distances to the box surface."""
     n, r, s = points.shape[0], settings.restarts, settings.samples
@@ -176,7 +186,7 @@ def _choose(
     if bool(flat.any()):
         face = flat_frame(points, present, plane, flat, settings.outlier_share)
         rotation = torch.where(flat[..., None, None], face[:, None], rotation)
-    center, half = enclose(points, present, rotation, settings.outlier_share)
+    center, half = enclose(points, present, rotation, settings.outlier_share, away)
     local = points[:, None] @ rotation - (center[:, :, None] @ rotation)
     distance = surface_distance(local, half[:, :, None])
     best = (distance * present[:, None]).sum(dim=-1).argmin(dim=1)

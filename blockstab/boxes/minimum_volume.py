@@ -27,7 +27,9 @@ class MinimumVolume:
     def __call__(self, points: Tensor, count: Tensor, seed: Tensor, axis: Tensor | None = None) -> Fits:
         """Arguments as in `MinimumSurface`."""
         if axis is not None:
-            raise ValueError("Boxes of minimum volume cannot follow an axis; use MinimumSurface with the re-fit.")
+            raise ValueError(
+                "Boxes of minimum volume cannot follow an axis; use MinimumSurface with the re-fit."
+            )
         if not len(points):
             return Fits.none()
         found = [_one(points[i, : int(n)]) for i, n in enumerate(count)]

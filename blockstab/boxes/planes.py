@@ -7,7 +7,8 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-_DEGENERATE = 1e-9  # a sample whose points coincide or lie on a line spans no plane; its zero normal would win every vote
+# A sample whose points coincide or lie on a line spans no plane; its zero normal would win every vote.
+_DEGENERATE = 1e-9
 _FLAT_SHARE, _FLAT_POINTS = 0.05, 10  # fewer points than this off the first plane cannot carry a second one
 _REFINE_STEPS = 4
 
@@ -99,7 +100,9 @@ def perpendicular_plane(
     return normal, flat
 
 
-def refine(rotation: Tensor, points: Tensor, present: Tensor, tolerance: Tensor, axis: Tensor | None) -> Tensor:
+def refine(
+    rotation: Tensor, points: Tensor, present: Tensor, tolerance: Tensor, axis: Tensor | None
+) -> Tensor:
     """Turn the three axes together so that the points lie on their faces in the sense of least squares.
 
     Each point belongs to the nearest of the faces found along each axis, if it is within the tolerance; the
@@ -151,7 +154,8 @@ def _turned(rotation: Tensor, turn: Tensor) -> Tensor:
     x, y, z = turn.unbind(dim=1)
     zero = torch.zeros_like(x)
     skew = torch.stack([zero, -z, y, z, zero, -x, -y, x, zero], dim=1).view(-1, 3, 3)
-    return torch.linalg.matrix_exp(skew) @ rotation
+    turned: Tensor = torch.linalg.matrix_exp(skew) @ rotation
+    return turned
 
 
 def _within(points: Tensor, present: Tensor, tolerance: Tensor, normal: Tensor, offset: Tensor) -> Tensor:
@@ -165,7 +169,7 @@ def _least_squares(points: Tensor, weight: Tensor) -> Plane:
     products = points[..., :, None] * points[..., None, :]
     mass = weight.sum(dim=-1).clamp(min=1.0)
     mean = weight @ points / mass[..., None]
-    second = (weight @ products.flatten(2)).unflatten(-1, (3, 3)) / mass[..., None, None]
+    second = (weight @ products.flatten(2)).view(*mass.shape, 3, 3) / mass[..., None, None]
     covariance = second - mean[..., :, None] * mean[..., None, :]
     normal = torch.linalg.eigh(covariance).eigenvectors[..., 0]
     return Plane(normal, (normal * mean).sum(dim=-1))

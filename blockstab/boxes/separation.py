@@ -20,6 +20,8 @@ _SECOND_AXIS = torch.tensor([0, 0, 0, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2])
 
 
 class Separation(NamedTuple):
+    """How far apart the boxes of P pairs are, and along which direction."""
+
     gap: Tensor  # (P,) metres; negative where the boxes overlap
     direction: Tensor  # (P, 3) unit vectors pointing from the first box to the second
 

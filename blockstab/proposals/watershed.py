@@ -36,7 +36,7 @@ class Watershed:
     """
 
     threshold: float = 0.5
-    least_px: int = 100
+    least_px: int = 200
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.threshold <= 1.0:

@@ -61,7 +61,9 @@ def merge_rows(scene: Scene, pairs: list[Pair], interpret: Interpreter) -> Tenso
 def _judge(scene: Scene, pairs: list[Pair], problem: Problem, known: dict[Pair, float]) -> None:
     """Add the predicted badness of merging each pair to `known`."""
     if pairs:
-        known.update(zip(pairs, problem.merge(merge_rows(scene, pairs, problem.interpret)).tolist(), strict=True))
+        known.update(
+            zip(pairs, problem.merge(merge_rows(scene, pairs, problem.interpret)).tolist(), strict=True)
+        )
 
 
 def pairs_of(scene: Scene) -> list[Pair]:

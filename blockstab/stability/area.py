@@ -34,7 +34,7 @@ def touching_edges(boxes: Boxes, supporter: Tensor, supported: Tensor) -> Polygo
     beyond = other.local(edges.flatten(1, 2)).abs() - other.half_extent[:, None]
     outside = beyond.clamp(min=0).norm(dim=-1)
     distance = torch.where(beyond.amax(dim=-1) > 0, outside, beyond.amax(dim=-1))  # negative within the box
-    best = distance.unflatten(1, (12, 2)).mean(dim=-1).argmin(dim=1)
+    best = distance.view(-1, 12, 2).mean(dim=-1).argmin(dim=1)
     return segments(on_ground(edges[torch.arange(len(best)), best]))
 
 

@@ -13,7 +13,9 @@ from blockstab.stability.area import on_ground
 from blockstab.stability.loads import loads
 from blockstab.stability.support import Supports
 
-EDGE_REACH = 0.01  # metres by which a support without area (an edge, a corner) is taken to reach around itself
+EDGE_REACH = (
+    0.01  # metres by which a support without area (an edge, a corner) is taken to reach around itself
+)
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,10 @@ def combined(areas: Polygons, slots: Tensor, used: Tensor) -> Polygons:
     """
     if len(areas) == 0:
         return Polygons(areas.vertices.new_zeros(len(slots), 1, 2), torch.zeros(len(slots), dtype=torch.long))
+    # Most combinations are of few areas: those that take part come first, and the rest is left out.
+    order = used.to(torch.int8).argsort(dim=1, descending=True, stable=True)
+    width = max(int(used.sum(dim=1).max()), 1) if len(used) else 1
+    slots, used = slots.gather(1, order)[:, :width], used.gather(1, order)[:, :width]
     vertices = areas.vertices[slots]  # (K, S, V, 2)
     present = used[..., None] & (torch.arange(vertices.shape[2]) < areas.count[slots][..., None])
     return hull(vertices.flatten(1, 2), present.flatten(1, 2))

@@ -31,7 +31,7 @@ def loads(upper: Tensor, lower: Tensor, n: int) -> Tensor:
 
 def pass_down(load: Tensor, upper: Tensor, lower: Tensor) -> None:
     """Add the rows of `load` (N, N) of the boxes `upper` (E,) to those of the boxes `lower` (E,), in place."""
-    below, place = lower.unique(return_inverse=True)
+    below, place = torch.unique(lower, return_inverse=True)
     added = torch.zeros(len(below), load.shape[1], dtype=torch.int32)
     added.index_add_(0, place, load[upper].to(torch.int32))
     load[below] |= added > 0

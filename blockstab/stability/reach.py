@@ -81,7 +81,7 @@ def _lengthened(boxes: Boxes, vertical: Tensor, drop: Tensor) -> Boxes:
 
 
 def _lower_sides(boxes: Boxes, vertical: Tensor, drop: Tensor) -> tuple[Tensor, Tensor]:
-    """Points (K, 4, G * G, 3) on the lowest `drop` metres of the four sides, and which sides face the camera (K, 4)."""
+    """Points (K, 4, G * G, 3) on the lowest `drop` metres of the sides, and which sides face the camera (K, 4)."""
     n = torch.arange(len(boxes))
     steps = (torch.arange(_GRID, dtype=boxes.center.dtype) + 0.5) / _GRID
     across, up = torch.meshgrid(2 * steps - 1, steps, indexing="ij")

@@ -8,7 +8,6 @@ from torch import Tensor
 from blockstab.boxes.box import Boxes
 from blockstab.stability.support import GROUND, Supports, SupportType, top_normal
 
-
 UP = torch.tensor([0.0, 1.0, 0.0], dtype=torch.float64)
 
 

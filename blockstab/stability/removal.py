@@ -50,7 +50,7 @@ def _verdicts(boxes: Boxes, movable: Tensor, candidates: Supports, absent: Tenso
     n = len(boxes)
     together = max(1, _TABLE // max(n, 1))
     parts = [
-        _verdicts_together(boxes, movable, candidates, some, slack) for some in absent.split(together)
+        _verdicts_together(boxes, movable, candidates, some, slack) for some in torch.split(absent, together)
     ]
     return torch.cat(parts)
 

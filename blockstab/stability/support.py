@@ -111,13 +111,19 @@ def candidate_supports(
     first, second, direction = pairs[0][near], pairs[1][near], apart.direction[near]
     upright = direction[:, 1].abs() > math.cos(math.radians(rules.angle_deg))
     higher = boxes.center[second, 1] >= boxes.center[first, 1]
-    lower_box, upper_box = torch.where(higher, first, second)[upright], torch.where(higher, second, first)[upright]
+    lower_box, upper_box = (
+        torch.where(higher, first, second)[upright],
+        torch.where(higher, second, first)[upright],
+    )
     shadows = footprints(boxes)
     top = _on_top(boxes, shadows, lower_box, upper_box, rules)
     floor = _on_floor(boxes, shadows, ground_height, touch, rules)
     top, floor = top[movable[top.supported]], floor[movable[floor.supported]]
     carried = loads(*top.resting(), len(boxes))
-    aside, beside = torch.cat([first[~upright], second[~upright]]), torch.cat([second[~upright], first[~upright]])
+    aside, beside = (
+        torch.cat([first[~upright], second[~upright]]),
+        torch.cat([second[~upright], first[~upright]]),
+    )
     possible = movable[beside] & ~carried[beside, aside]
     aside, beside = aside[possible], beside[possible]
     side = Supports(
@@ -151,9 +157,7 @@ def top_normal(boxes: Boxes) -> Tensor:
     return best * torch.where(best[:, 1:2] < 0, -1.0, 1.0)
 
 
-def _on_top(
-    boxes: Boxes, shadows: Polygons, lower: Tensor, upper: Tensor, rules: SupportRules
-) -> Supports:
+def _on_top(boxes: Boxes, shadows: Polygons, lower: Tensor, upper: Tensor, rules: SupportRules) -> Supports:
     limit = math.radians(rules.angle_deg)
     up = top_normal(boxes)
     between = torch.acos((up[lower] * up[upper]).sum(dim=-1).clamp(-1.0, 1.0))
@@ -162,7 +166,10 @@ def _on_top(
     edges = touching_edges(boxes, lower[partial], upper[partial])
     whole, tilted = over[~partial], edges
     kind = torch.cat(
-        [torch.full_like(lower[~partial], SupportType.SURFACE), torch.full_like(lower[partial], SupportType.PARTIAL)]
+        [
+            torch.full_like(lower[~partial], SupportType.SURFACE),
+            torch.full_like(lower[partial], SupportType.PARTIAL),
+        ]
     )
     found = Supports(
         torch.cat([lower[~partial], lower[partial]]),

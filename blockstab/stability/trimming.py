@@ -53,15 +53,15 @@ def _needed(
 ) -> Tensor:
     """(K, S) which supports of K boxes to keep."""
     surface = used & (kind == SupportType.SURFACE)
-    # An edge alone reaches a little further than a hull with area (see `footing`): what all candidates together
-    # cannot hold shall not stand on one of them.
-    held = combined(candidates.area, slots.repeat(2, 1), torch.cat([surface, used]))
-    by_surface, possible = (margins(held, center.repeat(2, 1)) >= -slack.repeat(2)).chunk(2)
+    by_surface = margins(combined(candidates.area, slots, surface), center) >= -slack
     kept = torch.where(by_surface[:, None], surface, used)
-    open_question = (possible & ~by_surface).nonzero()[:, 0]
-    if len(open_question):
-        part = (column[open_question] for column in (slots, used, kind, center, slack))
-        kept[open_question] = _smallest_combination(candidates, *part)
+    # An edge alone reaches a little further than a hull with area (see `margins`): what all candidates together
+    # cannot hold shall not stand on one of them.
+    rows = (~by_surface).nonzero()[:, 0]
+    rows = rows[margins(combined(candidates.area, slots[rows], used[rows]), center[rows]) >= -slack[rows]]
+    if len(rows):
+        part = (column[rows] for column in (slots, used, kind, center, slack))
+        kept[rows] = _smallest_combination(candidates, *part)
     return kept
 
 
@@ -107,7 +107,7 @@ def _most_central(
 
 
 def _by_importance(used: Tensor, kind: Tensor) -> Tensor:
-    """(K, 8) places of the on-top supports, then of the side supports, in the order of their candidates; -1 for none."""
+    """(K, 8) places of the on-top supports, then of the side supports, in their order; -1 for none."""
     columns = []
     for wanted, amount in ((kind != SupportType.SIDE, _TOP_SLOTS), (kind == SupportType.SIDE, _SIDE_SLOTS)):
         none = used.shape[1]

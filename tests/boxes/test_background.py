@@ -23,7 +23,7 @@ def judged(
     share: float = SMALL,
     noise_m: float = 0.001,
 ) -> tuple[bool, bool]:
-    """What is said of a box of this full size, tilted about the z axis, by the points that the camera sees of it."""
+    """What is said of a box of this full size, tilted about the z axis, by what the camera sees of it."""
     generator = torch.Generator().manual_seed(5)
     boxes = thing(center, size, tilt_deg)
     return say(boxes, seen_points(boxes, 400, generator, noise_m), 400, share)

@@ -24,7 +24,7 @@ def test_without_outliers_a_box_reaches_to_its_outermost_points(generator: torch
     boxes = boxes_showing(3, 10, generator)
     points = torch.cat([boxes.corners(), seen_points(boxes, 50, generator)], dim=1)
     present = torch.ones(10, 58, dtype=torch.bool)
-    center, half = enclose(points, present, boxes.rotation[:, None], 0.0)
+    center, half = enclose(points, present, boxes.rotation[:, None], 0.0, boxes.center)
     assert float((center[:, 0] - boxes.center).abs().max()) < EXACT
     assert float((half[:, 0] - boxes.half_extent).abs().max()) < EXACT
 
@@ -37,7 +37,7 @@ def test_no_more_than_the_outlier_share_is_left_outside(
     count = torch.tensor([1, 7, 100, 119, 499, 500])
     present = torch.arange(500) < count[:, None]
     rotation = random_turns(24, generator).view(6, 4, 3, 3)
-    center, half = enclose(points, present, rotation, outlier_share)
+    center, half = enclose(points, present, rotation, outlier_share, points[:, 0])
     local = (points[:, None] - center[:, :, None]) @ rotation
     outside = (local.abs() > half[:, :, None] + EXACT).any(dim=-1) & present[:, None]
     assert bool((outside.sum(dim=-1) <= outlier_share * count[:, None]).all())
@@ -49,17 +49,21 @@ def test_a_stray_point_within_the_share_does_not_lengthen_the_box(generator: tor
     points = 0.1 * uniform(generator, 1, 500, 3)
     points[0, 7] = torch.tensor([5.0, 5.0, 5.0])
     rotation = torch.eye(3, dtype=torch.float64)[None, None]
-    _, half = enclose(points, torch.ones(1, 500, dtype=torch.bool), rotation, 0.05)
+    _, half = enclose(points, torch.ones(1, 500, dtype=torch.bool), rotation, 0.05, points[:, 0])
     assert float(half.max()) < 0.1
 
 
-def test_a_flat_set_gets_the_least_half_extent_about_its_middle(generator: torch.Generator) -> None:
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_flat_set_is_the_face_that_the_camera_sees_of_the_thinnest_box(
+    side: float, generator: torch.Generator
+) -> None:
     points = uniform(generator, 1, 100, 3) * torch.tensor([0.1, 0.0, 0.2])
-    points[..., 1] = 0.7
+    points[..., 1] = 0.7 * side
     rotation = torch.eye(3, dtype=torch.float64)[None, None]
-    center, half = enclose(points, torch.ones(1, 100, dtype=torch.bool), rotation, 0.0)
+    present = torch.ones(1, 100, dtype=torch.bool)
+    center, half = enclose(points, present, rotation, 0.0, points.mean(dim=1))
     assert float(half[0, 0, 1]) == MIN_HALF_EXTENT
-    assert float(center[0, 0, 1]) == pytest.approx(0.7, abs=EXACT)
+    assert float(center[0, 0, 1]) == pytest.approx(side * (0.7 + MIN_HALF_EXTENT), abs=EXACT)
 
 
 @pytest.mark.parametrize(

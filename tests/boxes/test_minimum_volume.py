@@ -37,7 +37,7 @@ def test_no_turn_makes_a_box_much_smaller(generator: torch.Generator) -> None:
     turned = points[:, None] @ random_turns(2000, generator)
     smallest = (turned.amax(dim=2) - turned.amin(dim=2)).prod(dim=-1).amin(dim=1)
     fits = fitted(points)
-    # Open3D tries the turns that lay one edge of each triangle of the hull along the box: near the best, not it.
+    # Open3D tries the turns that lay one edge of each triangle of the hull along the box: near the best.
     share = fits.boxes.volume() / smallest
     assert float(share.max()) < 1.3
     assert float(share.mean()) < 1.1

@@ -60,7 +60,7 @@ def test_of_two_planes_the_one_with_more_points_wins(generator: torch.Generator,
 
 
 def test_a_sample_of_equal_points_wins_no_vote(generator: torch.Generator, turn: Tensor) -> None:
-    # Every other point is the same: one sample in eight spans nothing, and its zero normal is near everything.
+    # Every other point is the same: half of all samples span nothing, and a zero normal is near everything.
     points = plate(generator, turn)
     points[:, ::2] = points[:, :1].clone()
     noise = 0.002 * torch.randn(points.shape, generator=generator, dtype=torch.float64)

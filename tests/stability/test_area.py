@@ -98,6 +98,12 @@ def test_the_edge_that_touches_is_the_nearest_of_the_supported_box(gap: float) -
     assert has_corners(found, [[-0.05, -0.05], [-0.05, 0.05]])
 
 
+@pytest.mark.parametrize(("tilt_deg", "x"), [(5.0, -0.05), (-5.0, 0.15)])
+def test_of_two_edges_within_the_other_box_the_deeper_one_touches(tilt_deg: float, x: float) -> None:
+    boxes, _ = build(Block(0, 0, 0.6, 0.1, d=0.3), Block(0.05, 0.06, 0.2, 0.15, tilt_deg=tilt_deg))
+    assert has_corners(touching_edges(boxes, FIRST, SECOND), [[x, -0.05], [x, 0.05]])
+
+
 def test_the_touching_edge_is_as_near_as_any_edge_of_the_box(clutter: Boxes) -> None:
     first, second = torch.triu_indices(20, 20, 1)
     apart = (clutter.center[first] - clutter.center[second]).norm(dim=1) > 0.9

@@ -41,9 +41,7 @@ NOWHERE = behind_a_board(-9.0)
 EVERYWHERE = behind_a_board(9.0)
 
 
-def lowered(
-    boxes: Boxes, hidden: Callable[[Tensor], Tensor], floating: list[bool] | None = None
-) -> Boxes:
+def lowered(boxes: Boxes, hidden: Callable[[Tensor], Tensor], floating: list[bool] | None = None) -> Boxes:
     """Let the first box float, or those that are named; any two may stand on each other."""
     n = len(boxes)
     marks = torch.tensor(floating or [k == 0 for k in range(n)])

@@ -48,5 +48,7 @@ def test_trimming_adds_no_support_and_topples_nothing():
         blocks = [worlds.Block(float(x[k]), 0.1 * (k // 2), 0.2, 0.1) for k in range(6)]
         verdict = judge(*blocks)
         kept = set(zip(verdict.supports.supporter.tolist(), verdict.supports.supported.tolist(), strict=True))
-        all_ = set(zip(verdict.candidates.supporter.tolist(), verdict.candidates.supported.tolist(), strict=True))
+        all_ = set(
+            zip(verdict.candidates.supporter.tolist(), verdict.candidates.supported.tolist(), strict=True)
+        )
         assert kept <= all_

@@ -1,4 +1,4 @@
-"""The trimmed supports of random piles, against trying every choice of supports by the rule as it is written."""
+"""The trimmed supports of random piles, against trying every choice of supports by the written rule."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ import pytest
 import shapely
 import torch
 
+from blockstab.convex import hull
 from blockstab.stability.balance import EDGE_REACH
 from blockstab.stability.support import GROUND, Supports, SupportType
 from blockstab.stability.trimming import trim
-from tests.worlds import Block, Judged, judge
+from tests.worlds import Block, Judged, build, judge
 
 TRIED = 4  # supports of either kind that are tried in combination; larger piles are not drawn
 CLOSE = 1e-8
 
 
 class Held(NamedTuple):
-    """How a choice of supports holds a centre of mass: metres to spare, metres off the middle, square metres."""
+    """How supports hold a centre of mass: metres to spare, metres off the middle, square metres."""
 
     margin: float
     off_center: float
@@ -61,7 +62,10 @@ def piles(number: int) -> Iterator[Judged]:
     while number:
         world = judge(*pile(generator))
         side = world.candidates.type == SupportType.SIDE
-        if all(int(world.candidates.supported[kind].bincount(minlength=1).max()) <= TRIED for kind in (side, ~side)):
+        if all(
+            int(world.candidates.supported[kind].bincount(minlength=1).max()) <= TRIED
+            for kind in (side, ~side)
+        ):
             number -= 1
             yield world
 
@@ -71,11 +75,12 @@ def held(supports: Supports, chosen: tuple[int, ...], center: tuple[float, float
     vertices = []
     for k in chosen:
         vertices += supports.area.vertices[k, : int(supports.area.count[k])].tolist()
-    hull, point = shapely.MultiPoint(vertices).convex_hull, shapely.Point(center)
-    if hull.area < 1e-12:
-        return Held(EDGE_REACH - hull.distance(point), hull.centroid.distance(point), 0.0)
-    border = hull.exterior.distance(point)
-    return Held(border if hull.contains(point) else -border, hull.centroid.distance(point), hull.area)
+    shape, point = shapely.MultiPoint(vertices).convex_hull, shapely.Point(center)
+    off_center = shape.centroid.distance(point)
+    if shape.area < 1e-12:
+        return Held(EDGE_REACH - shape.distance(point), off_center, 0.0)
+    border = shape.exterior.distance(point)
+    return Held(border if shape.contains(point) else -border, off_center, shape.area)
 
 
 def best_choices(
@@ -106,7 +111,9 @@ def best_choices(
 def from_the_top_down(supports: Supports, n: int) -> list[int]:
     """Boxes in an order in which each comes after all that may rest on it."""
     resting = supports.type != SupportType.SIDE
-    rests_on = set(zip(supports.supported[resting].tolist(), supports.supporter[resting].tolist(), strict=True))
+    rests_on = set(
+        zip(supports.supported[resting].tolist(), supports.supporter[resting].tolist(), strict=True)
+    )
     order: list[int] = []
     while len(order) < n:
         order += [b for b in range(n) if b not in order and all(u in order for u, v in rests_on if v == b)]
@@ -119,11 +126,18 @@ def broken_rules(world: Judged, slack: torch.Tensor) -> list[tuple[int, set[int]
     n = len(boxes)
     trimmed = trim(boxes, candidates, slack)
     names = list(
-        zip(candidates.supporter.tolist(), candidates.supported.tolist(), candidates.type.tolist(), strict=True)
+        zip(
+            candidates.supporter.tolist(),
+            candidates.supported.tolist(),
+            candidates.type.tolist(),
+            strict=True,
+        )
     )
     kept = {
         names.index(name)
-        for name in zip(trimmed.supporter.tolist(), trimmed.supported.tolist(), trimmed.type.tolist(), strict=True)
+        for name in zip(
+            trimmed.supporter.tolist(), trimmed.supported.tolist(), trimmed.type.tolist(), strict=True
+        )
     }
     load = {b: {b} for b in range(n)}
     wrong = []
@@ -149,10 +163,24 @@ def test_the_kept_supports_are_those_that_trying_all_of_them_finds(slack_m: floa
         assert broken_rules(world, slack) == []
 
 
+def test_of_three_side_supports_that_would_hold_a_box_no_more_than_two_are_taken() -> None:
+    boxes, _ = build(Block(0, 0.5, 0.2, 0.2))
+    places = torch.tensor([[0.0, 0.3], [-0.1, -0.1], [0.1, -0.1], [0.0, 0.9]], dtype=torch.float64)
+    kind = torch.tensor([SupportType.SIDE] * 3 + [SupportType.SURFACE])
+    to_box = torch.zeros(4, dtype=torch.int64)
+    candidates = Supports(torch.full((4,), GROUND), to_box, kind, hull(places[:, None]))
+    kept = trim(boxes, candidates, torch.zeros(1, dtype=torch.float64))
+    # The three sides together would hold it more centrally than two of them and what is far behind it.
+    assert kept.area.vertices[:, 0].tolist() == places[1:].tolist()
+
+
 def test_the_piles_are_no_trivial_ones() -> None:
     kinds, dropped, hopeless = set(), 0, 0
     for world in piles(100):
-        kinds |= {(b == GROUND, t) for b, t in zip(world.supports.supporter.tolist(), world.supports.type.tolist(), strict=True)}
+        kinds |= {
+            (b == GROUND, t)
+            for b, t in zip(world.supports.supporter.tolist(), world.supports.type.tolist(), strict=True)
+        }
         dropped += len(world.candidates) - len(world.supports)
         hopeless += int((~world.balance.stable).sum())
     assert len(kinds) == 5  # surface and partial, on blocks and on the ground, and side
