@@ -26,8 +26,8 @@ demo: $(STAMP)
 	$(BIN)/blockstab simulate --preset blocks --count 8 --seed 2 --jobs $(JOBS) --out $(DEMO)/test
 	$(BIN)/python train.py potential=svm data=folder data.root=$(DEMO)/train output=$(DEMO)/svm cache=$(DEMO)/examples jobs=$(JOBS)
 	$(BIN)/python train.py potential=mlp data=folder data.root=$(DEMO)/train output=$(DEMO)/mlp cache=$(DEMO)/examples jobs=$(JOBS)
-	$(BIN)/blockstab parse $(DEMO)/test/* --potentials $(DEMO)/svm.json --jobs $(JOBS) --out $(DEMO)/parsed
-	$(BIN)/python evaluate.py experiment=blocks data=folder data.root=$(DEMO)/test potentials=$(DEMO)/svm.json out=$(DEMO)/evaluation jobs=$(JOBS)
+	$(BIN)/blockstab parse $(DEMO)/test/* --potentials $(DEMO)/mlp.json --jobs $(JOBS) --out $(DEMO)/parsed
+	$(BIN)/python evaluate.py experiment=blocks data=folder data.root=$(DEMO)/test potentials=$(DEMO)/mlp.json out=$(DEMO)/evaluation jobs=$(JOBS)
 	@echo "Look at the reports: $(DEMO)/parsed/*/report.html"
 
 test: $(STAMP)
@@ -41,7 +41,7 @@ types: $(STAMP)
 	$(BIN)/mypy
 
 bench: $(STAMP)
-	$(BIN)/python -m pytest benchmarks --benchmark-columns=min,median,ops
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest benchmarks --benchmark-columns=min,median,ops
 
 docs: $(STAMP)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build

@@ -80,7 +80,7 @@ def parse(
     cy: Annotated[float, typer.Option(help="Principal point, pixels.")] = math.nan,
     proposals: Annotated[ProposalName, typer.Option(help="First segmentation.")] = ProposalName.watershed,
     search: Annotated[SearchName, typer.Option(help="How it is improved.")] = SearchName.rsamp,
-    potentials: Annotated[str, typer.Option(help="svm, mlp, or a file of your own.")] = "svm",
+    potentials: Annotated[str, typer.Option(help="mlp, svm, or a file of your own.")] = "mlp",
     up: Annotated[UpName, typer.Option(help="Where the up direction comes from.")] = UpName.estimate,
     jobs: Annotated[int, typer.Option(min=1, help="Images parsed side by side.")] = 1,
     seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
@@ -123,6 +123,8 @@ def simulate(
     try:
         made = write_simulated(out, preset, count, seed, jobs)
     except ValueError as error:
+        _stop(str(error))
+    except ModuleNotFoundError as error:
         _stop(str(error))
     except OSError as error:
         _stop(f"{error.filename or out}: {error.strerror or error}.")

@@ -58,17 +58,25 @@ def axis_error(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
 
 
 def support(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
-    """Objects whose supporters from below are exactly the true ones.
+    """Objects whose supporters, of whatever type, are exactly the true ones (the paper's Table 3)."""
+    return _exact_supporters(prediction, frame, truth, frozenset(("surface", "partial", "side")))
 
-    True supporters are those that carry weight from below, so side supports are left out of the prediction.
-    """
+
+def support_below(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
+    """The same for truth that names supporters from below only: predicted side supports are left out."""
+    return _exact_supporters(prediction, frame, truth, frozenset(("surface", "partial")))
+
+
+def _exact_supporters(
+    prediction: Prediction, frame: Frame, truth: Truth, types: frozenset[str]
+) -> Score:
     if not truth.support_annotated:
         return Score(0.0, 0)
     background = {*truth.background_ids, BACKGROUND}
     background |= {s["id"] for s in prediction.record["segments"] if s["background"]}
     found: dict[int, set[int]] = {}
     for edge in prediction.record["supports"]:
-        if edge["type"] != "side":
+        if edge["type"] in types:
             found.setdefault(edge["supported"], set()).add(_merged(edge["supporter"], background))
     scored = [o for o in _seen(frame, truth) if o.supported_by is not None]
     right = sum(
@@ -96,6 +104,7 @@ def overlap(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
 SCORES: dict[str, Callable[[Prediction, Frame, Truth], Score]] = {
     "axis_error_deg": axis_error,
     "support_accuracy": support,
+    "support_below": support_below,
     "stable_share": stable,
     "overlap": overlap,
 }

@@ -60,14 +60,22 @@ def initialised(head: HeadFactory, features: int, seed: int) -> Head:
         return head(features)
 
 
+def compressed(features: Tensor, unit: Tensor) -> Tensor:
+    """Features (N, F) with what is large against `unit` (F,) brought near, as a logarithm does; signs are kept."""
+    return torch.where(unit > 0, unit * torch.asinh(features / unit.clamp(min=1e-300)), features)
+
+
 class Potential(nn.Module):
-    """Raw features to potentials: standardise, clip, apply the head; all in float64.
+    """Raw features to potentials: compress, standardise, clip, apply the head; all in float64.
 
     Args:
         columns: the names of the F features, in order.
         head: takes (N, F) standardised features to (N,) potentials; its parameters become float64.
         mean, scale: (F,) what standardisation subtracts and divides by, from the training data.
         a, b: Platt's two numbers, `badness = sigmoid(a * potential + b)`.
+        unit: (F,) what is large for a column: larger values are compressed, `unit * asinh(x / unit)`, before they are
+            standardised. Densities and values divided by a volume have tails so long that their standard deviation
+            says nothing about the rest. Columns with a unit of 0, and all where None, are taken as they are.
 
     Convention:
         Lower is better. Heads regress badness: 0 for a good segment or boundary, 1 for a bad one.
@@ -75,15 +83,24 @@ class Potential(nn.Module):
 
     mean: Tensor
     scale: Tensor
+    unit: Tensor
     a: Tensor
     b: Tensor
 
     def __init__(
-        self, columns: Sequence[str], head: Head, mean: Tensor, scale: Tensor, a: float = 1.0, b: float = 0.0
+        self,
+        columns: Sequence[str],
+        head: Head,
+        mean: Tensor,
+        scale: Tensor,
+        a: float = 1.0,
+        b: float = 0.0,
+        unit: Tensor | None = None,
     ) -> None:
         super().__init__()
         self.columns = tuple(columns)
-        for name, values in (("mean", mean), ("scale", scale)):
+        unit = torch.zeros_like(mean) if unit is None else unit
+        for name, values in (("mean", mean), ("scale", scale), ("unit", unit)):
             if values.shape != (len(self.columns),):
                 raise ValueError(
                     f"A potential over {len(self.columns)} columns needs a {name} of that many numbers, "
@@ -92,6 +109,7 @@ class Potential(nn.Module):
         self.head = head.double()
         self.register_buffer("mean", mean.double())
         self.register_buffer("scale", scale.double())
+        self.register_buffer("unit", unit.double())
         self.register_buffer("a", torch.tensor(a, dtype=torch.float64))
         self.register_buffer("b", torch.tensor(b, dtype=torch.float64))
 
@@ -117,7 +135,7 @@ class Potential(nn.Module):
 
     def standardised(self, features: Tensor) -> Tensor:
         """What the head sees, (N, F) float64: standard deviations from the mean, clipped to +-`CLIP`."""
-        return ((features.double() - self.mean) / self.scale).clamp(-CLIP, CLIP)
+        return ((compressed(features.double(), self.unit) - self.mean) / self.scale).clamp(-CLIP, CLIP)
 
     def badness(self, features: Tensor) -> Tensor:
         """The probability, (N,) in [0, 1], that a segment or boundary is bad (Platt 1999)."""

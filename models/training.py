@@ -13,7 +13,7 @@ from pytorch_lightning.callbacks import EarlyStopping
 from torch import Tensor
 from torch.utils.data import DataLoader
 
-from models.heads import HeadFactory, Potential, initialised
+from models.heads import HeadFactory, Potential, compressed, initialised
 from models.losses import svr_objective
 
 
@@ -74,10 +74,12 @@ def train_potential(
         seed: decides the head's first parameters, and with them everything.
     """
     features = features.double()
-    mean, scale = features.mean(dim=0), features.std(dim=0, correction=0)
+    unit = features.abs().median(dim=0).values
+    near = compressed(features, unit)
+    mean, scale = near.mean(dim=0), near.std(dim=0, correction=0)
     # A constant column says nothing, at whatever scale: one keeps it finite.
     scale = torch.where(scale > 1e-10 * mean.abs(), scale, 1.0)
-    potential = Potential(columns, initialised(head, len(columns), seed), mean, scale)
+    potential = Potential(columns, initialised(head, len(columns), seed), mean, scale, unit=unit)
     rows = (potential.standardised(features), target.double(), weight)
     with _quiet_lightning():
         trainer = pl.Trainer(

@@ -122,7 +122,7 @@ def test_loose_files_are_parsed_with_the_camera_given(scene, potentials, tmp_pat
     common = ["parse", *loose, "--search", "none", "--potentials", potentials, "--out", tmp_path]
     assert run(*common, *camera).exit_code == 0
     first = record(tmp_path / "color")
-    assert sum(not segment["background"] for segment in first["segments"]) >= 4
+    assert sum(not segment["background"] for segment in first["segments"]) >= 2
     # Another camera is another image: what was made with the first does not stand.
     assert run(*common, *camera[:-1], "60").exit_code == 0
     assert record(tmp_path / "color")["segments"] != first["segments"]

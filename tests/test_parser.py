@@ -27,7 +27,7 @@ from tests.tolerance import EXACT
 from tests.toy_potentials import toy_potentials
 
 AS_IT_IS = Parser(LabelFile(), Stay(), toy_potentials())
-SAMPLED = Parser(Watershed(), RSamp(rounds=3), toy_potentials())
+SAMPLED = Parser(Watershed(threshold=0.3, least_px=60), RSamp(rounds=3), toy_potentials())
 
 
 @pytest.fixture(scope="module")

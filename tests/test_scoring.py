@@ -99,8 +99,9 @@ def scored(folders: tuple[Path, Path], name: str) -> Score:
 def test_a_parse_that_is_right_gets_full_marks_for_what_is_seen_well(folders):
     scores = score_scene(*folders, ALL)
     assert scores["axis_error_deg"].total == pytest.approx(0.0, abs=1e-5)
-    assert scores["axis_error_deg"].count == 2  # the speck is too small to be scored
-    assert scores["support_accuracy"] == scores["stable_share"] == Score(2.0, 2)
+    assert scores["axis_error_deg"].things == 2  # the speck is too small to be scored
+    for name in ("support_accuracy", "support_below", "stable_share"):
+        assert scores[name] == Score(2.0, 2)
     assert scores["overlap"] == Score(1.0, 1)
     assert int((picture() == SPECK).sum()) < MIN_VISIBLE_PX
 
@@ -127,16 +128,27 @@ def test_what_is_no_box_or_has_no_pose_has_no_axes(folders):
     [
         (((TABLE, BLOCK, "surface"), (BLOCK, UPPER, "surface")), 2),  # the table is the ground
         (((0, BLOCK, "surface"), (BLOCK, UPPER, "partial")), 2),
-        (((0, BLOCK, "surface"), (BLOCK, UPPER, "surface"), (SPECK, UPPER, "side")), 2),  # sides bear nothing
         (((0, BLOCK, "surface"), (BLOCK, UPPER, "surface"), (0, UPPER, "surface")), 1),  # one too many
         (((0, BLOCK, "surface"),), 1),  # one missed
-        (((UPPER, BLOCK, "surface"), (BLOCK, UPPER, "side")), 0),
+        (((UPPER, BLOCK, "surface"), (BLOCK, UPPER, "side")), 1),
         ((), 0),
     ],
 )
 def test_an_object_is_right_if_all_that_bears_it_is_found_and_nothing_else(folders, supports, right):
     write_parse(folders[1], supports=supports)
     assert scored(folders, "support_accuracy") == Score(float(right), 2)
+
+
+def test_a_side_support_is_wrong_where_all_supports_count_and_not_where_those_from_below_do(folders):
+    write_parse(folders[1], supports=((0, BLOCK, "surface"), (BLOCK, UPPER, "surface"), (SPECK, UPPER, "side")))
+    assert scored(folders, "support_accuracy") == Score(1.0, 2)
+    assert scored(folders, "support_below") == Score(2.0, 2)
+
+
+def test_truth_from_below_says_nothing_of_what_holds_from_the_side(folders):
+    write_parse(folders[1], supports=(*SUPPORTS, (SPECK, UPPER, "side")))
+    assert scored(folders, "support_accuracy") == Score(1.0, 2)
+    assert scored(folders, "support_below") == Score(2.0, 2)
 
 
 def test_what_the_parse_takes_for_background_is_the_ground_too(folders):
@@ -172,4 +184,4 @@ def test_a_scene_without_labels_cannot_be_scored(folders):
 
 def test_a_scene_without_objects_has_no_scores(folders):
     write_truth(folders[0], replace(TRUTH, objects=()))
-    assert {score.count for score in score_scene(*folders, ALL).values()} == {0}
+    assert {score.things for score in score_scene(*folders, ALL).values()} == {0}
