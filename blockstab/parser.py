@@ -31,6 +31,9 @@ from blockstab.segments.segmentation import Segment, Segmentation
 from blockstab.stability.removal import falls_if_removed
 
 
+MIN_SEGMENT_PX = 100  # no split leaves a smaller part: so few points say little about a box
+
+
 class Judge(Protocol):
     """A learned potential that can also say how probable it is that something is wrong."""
 
@@ -180,7 +183,9 @@ class Parser:
 
         @cache
         def split_once(segment: Segment) -> tuple[Segment, Segment] | None:
-            return split(segment, view.atoms, hierarchy)
+            parts = split(segment, view.atoms, hierarchy)
+            sizes = [int(view.atoms.pixels[list(part)].sum()) for part in parts or ()]
+            return parts if min(sizes, default=0) >= MIN_SEGMENT_PX else None
 
         energy = Energy(self.potentials.unary, self.potentials.pairwise)
         return Problem(interpret, energy, self.potentials.merge, split_once)

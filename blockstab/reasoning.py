@@ -67,13 +67,15 @@ class Reasoning:
         movable, is_ground = ~background, background & at_ground
         rows = self.catalogue.rows(table.segments)
         judged = self._judged(table, rows, movable, is_ground)
+        refused = torch.zeros_like(movable)
         for _ in range(self.rules.refit_rounds):
-            refitted = self._refitted(table, rows, movable, judged)
+            refitted = torch.where(refused, rows, self._refitted(table, rows, movable, judged))
             if torch.equal(refitted, rows):
                 break
             standing = self._judged(table, refitted, movable, is_ground)
             # A box is corrected because it stands; one that would not stand afterwards stays as it was.
             fallen = (refitted != rows) & ~standing.balance.stable
+            refused |= fallen
             rows = torch.where(fallen, rows, refitted)
             judged = self._judged(table, rows, movable, is_ground) if bool(fallen.any()) else standing
         if self.rules.refit_rounds:

@@ -4,68 +4,95 @@ from __future__ import annotations
 
 import re
 import sys
-from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 import torch
-from hydra import compose, initialize_config_dir
+from hydra.errors import ConfigCompositionException
 from hydra.utils import instantiate
 
 from blockstab.parser import Parser
 from models.heads import HEADS
 from tests.block_scene import STACK, picture
+from tests.docs.pages import DOCS, blocks, commands, composed
 from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.toy_potentials import toy_potentials
 
-ROOT = Path(__file__).resolve().parents[2]
-PAGE = (ROOT / "docs" / "extend.md").read_text()
-BLOCK = re.compile(r"^```(python|yaml)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+PAGE = DOCS / "extend.md"
 FILE = re.compile(r"# (mine/\S+)\n")
 
 
-@pytest.fixture(autouse=True)
-def heads(monkeypatch):
-    """A head that the page names is forgotten afterwards."""
-    monkeypatch.setattr("models.heads.HEADS", HEADS)
-    before = dict(HEADS)
-    yield
-    HEADS.clear()
-    HEADS.update(before)
-
-
 @pytest.fixture
-def workplace(tmp_path, monkeypatch) -> Path:
-    """A folder with the scene that the page reads and the files that it tells to write."""
+def mine(tmp_path, monkeypatch):
+    """The files that the page tells to write, in the folder it calls `mine`, beside the scene that it reads."""
     write_folder(photograph(*BLOCKS).frame, tmp_path / "my_scene")
-    for _, text in BLOCK.findall(PAGE):
+    for text in (*blocks(PAGE, "python"), *blocks(PAGE, "yaml")):
         if named := FILE.match(text):
             target = tmp_path / named[1]
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_text(text)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(tmp_path)
-    yield tmp_path
-    for module in [name for name in sys.modules if name.split(".")[0] == "mine"]:
-        del sys.modules[module]
+    monkeypatch.syspath_prepend(str(tmp_path))
+    heads = dict(HEADS)
+    yield tmp_path / "mine"
+    HEADS.clear()
+    HEADS.update(heads)
+    for name in [name for name in sys.modules if name.split(".")[0] == "mine"]:
+        del sys.modules[name]
 
 
-def run_page() -> dict[str, object]:
-    """All Python of the page, in one namespace."""
-    names: dict[str, object] = {"__name__": "extend"}
-    code = "\n".join(text for language, text in BLOCK.findall(PAGE) if language == "python")
-    torch.set_num_threads(1)
-    exec(compile(code, "docs/extend.md", "exec"), names)
-    return names
+def test_the_code_of_the_page_runs(mine):
+    names: dict[str, Any] = {"__name__": "extend"}
+    code = "\n".join(blocks(PAGE, "python"))
+    exec(compile(code, str(PAGE), "exec", dont_inherit=True), names)
+    trace = names["parsed"].trace
+    assert list(trace) == sorted(trace, reverse=True)
+    assert names["parsed"].energy == trace[-1]
+    badness = names["unary"].badness(names["rows"].features)
+    assert badness.shape == names["rows"].target.shape
 
 
-def test_the_code_of_the_page_runs(workplace, monkeypatch):
-    monkeypatch.setitem(sys.modules, "extend", type(sys)("extend"))
-    names = run_page()
-    assert names["parsed"].energy == names["parsed"].trace[-1]
-    assert names["unary"].badness(names["rows"].features).shape == names["rows"].target.shape
+def test_the_proposal_of_the_page_finds_the_blocks(mine):
+    proposal = instantiate(composed("train", ["proposals=islands"], mine).proposals)
+    scene = picture(STACK)
+    proposed = proposal(scene.frame, scene.cloud, scene.ground)
+    stands_out = scene.cloud.points[..., 1] > scene.ground.height + 0.03
+    assert set(proposed.label[stands_out].tolist()) == {2}
+    assert set(proposed.known) <= set(proposed.label.unique().tolist()) - {0}
 
 
-def composed(workplace: Path, config: str, *overrides: str):
-    searchpath = f"hydra.searchpath=[file://{workplace / 'mine'}]"
-    with initialize_config_dir(str(ROOT / "configs"), version_base="1.3"):
-        return compose(config, [searchpath, *overrides])
+def test_the_head_of_the_page_is_taken_by_training(mine):
+    head = instantiate(composed("train", ["potential=quadratic"], mine).potential)
+    assert head(5)(torch.zeros(3, 5)).shape == (3,)
+    assert type(head(5)) in HEADS.values()
+
+
+def test_the_experiment_of_the_page_makes_its_parsers(mine):
+    config = composed(
+        "evaluate", ["experiment=climbing", "experiment.methods.Climb.parser.search.moves=20"], mine
+    )
+    made = {
+        name: instantiate(method.parser)(potentials=toy_potentials(), seed=0)
+        for name, method in config.experiment.methods.items()
+    }
+    assert {name: type(parser.search).__name__ for name, parser in made.items()} == {
+        "Climb": "Climb",
+        "R-Samp": "RSamp",
+    }
+    assert all(type(parser) is Parser for parser in made.values())
+    assert made["Climb"].search.moves == 20
+
+
+def test_a_misspelt_key_stops_the_run(mine):
+    with pytest.raises(ConfigCompositionException, match="movs"):
+        composed("evaluate", ["experiment=climbing", "experiment.methods.Climb.parser.search.movs=20"], mine)
+
+
+@pytest.mark.parametrize("program", ["train", "evaluate"])
+def test_every_command_of_the_page_is_accepted(mine, program):
+    found = commands(PAGE, f"python {program}.py")
+    assert found
+    for option, folder, *overrides in found:
+        assert (option, folder) == ("--config-dir", "mine")
+        composed(program, overrides, mine)
