@@ -168,34 +168,51 @@ def test_two_scenes_of_one_name_are_refused(folders, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def kill_after(writes: int, patch: pytest.MonkeyPatch) -> None:
+    """End the run when it comes to write one file more."""
+    done: list[Path] = []
+    write = export.write_whole
+
+    def until_killed(path: Path, content: bytes) -> None:
+        if len(done) == writes:
+            raise KeyboardInterrupt
+        done.append(path)
+        write(path, content)
+
+    patch.setattr(export, "write_whole", until_killed)
+    patch.setattr(batch, "write_whole", until_killed)
+
+
 @pytest.mark.parametrize("writes", [0, 1, 2])
 def test_a_killed_run_leaves_no_half_file_and_no_scene_that_looks_finished(
     folders, tmp_path, monkeypatch, writes
 ):
     run(folders[:1], tmp_path / "whole")
     whole = contents(tmp_path / "whole")
-    done: list[str] = []
-
-    def until_killed(path: Path, content: bytes) -> None:
-        if len(done) == writes:
-            raise KeyboardInterrupt
-        done.append(path.name)
-        export_write(path, content)
-
-    export_write = export.write_whole
-    monkeypatch.setattr(export, "write_whole", until_killed)
-    monkeypatch.setattr(batch, "write_whole", until_killed)
-    with pytest.raises(KeyboardInterrupt):
-        run(folders[:1], tmp_path / "out")
+    with monkeypatch.context() as patch:
+        kill_after(writes, patch)
+        with pytest.raises(KeyboardInterrupt):
+            run(folders[:1], tmp_path / "out")
     left = contents(tmp_path / "out")
     assert len(left) == writes
     assert left.items() <= whole.items()
     assert f"scene0/{MADE}" not in left
-    monkeypatch.undo()
     counting = Counting()
     run(folders[:1], tmp_path / "out", counting)
     assert counting.parsed == ["scene0"]
     assert contents(tmp_path / "out") == whole
+
+
+@pytest.mark.parametrize("writes", [1, 2])
+def test_a_killed_run_does_not_pass_for_the_one_before_it(folders, tmp_path, monkeypatch, writes):
+    run(folders[:1], tmp_path / "out", settings="before")
+    with monkeypatch.context() as patch:
+        kill_after(writes, patch)
+        with pytest.raises(KeyboardInterrupt):
+            run(folders[:1], tmp_path / "out", settings="after")
+    counting = Counting()
+    run(folders[:1], tmp_path / "out", counting, settings="before")
+    assert counting.parsed == ["scene0"]
 
 
 def test_no_scene_is_no_work(tmp_path):

@@ -140,13 +140,9 @@ def test_an_object_is_right_if_all_that_bears_it_is_found_and_nothing_else(folde
 
 
 def test_a_side_support_is_wrong_where_all_supports_count_and_not_where_those_from_below_do(folders):
-    write_parse(folders[1], supports=((0, BLOCK, "surface"), (BLOCK, UPPER, "surface"), (SPECK, UPPER, "side")))
-    assert scored(folders, "support_accuracy") == Score(1.0, 2)
-    assert scored(folders, "support_below") == Score(2.0, 2)
-
-
-def test_truth_from_below_says_nothing_of_what_holds_from_the_side(folders):
-    write_parse(folders[1], supports=(*SUPPORTS, (SPECK, UPPER, "side")))
+    write_parse(
+        folders[1], supports=((0, BLOCK, "surface"), (BLOCK, UPPER, "surface"), (SPECK, UPPER, "side"))
+    )
     assert scored(folders, "support_accuracy") == Score(1.0, 2)
     assert scored(folders, "support_below") == Score(2.0, 2)
 

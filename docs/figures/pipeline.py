@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,7 +32,7 @@ STAGES = (
     Stage(3, 1, "Piles", "what may touch", "piles.py", GEOMETRY),
     Stage(2, 1, "Boxes and gaps", "one box a segment", "boxes/catalogue.py", GEOMETRY),
     Stage(1, 1, "Supports", "who may hold whom", "stability/support.py", GEOMETRY),
-    Stage(0, 1, "Balance", "what stands, on what", "trimming.py, balance.py", GEOMETRY),
+    Stage(0, 1, "Balance", "what stands, on what", "stability/balance.py", GEOMETRY),
     Stage(0, 2, "Scene", "all of it, in one value", "interpretation.py", GEOMETRY),
     Stage(1, 2, "Features", "30 a segment, 12 a pair", "features/", LEARNED),
     Stage(2, 2, "Potentials", "lower is better", "models/heads.py", LEARNED),
@@ -57,7 +58,7 @@ def drawing() -> str:
     place = {stage.name: (MARGIN + STEP_X * stage.column, MARGIN + STEP_Y * stage.row) for stage in STAGES}
     width = 2 * MARGIN + STEP_X * 4 + WIDTH
     height = 2 * MARGIN + STEP_Y * 3 + HEIGHT
-    flows = [_flow(place[a.name], place[b.name]) for a, b in zip(STAGES, STAGES[1:], strict=False)]
+    flows = [_flow(place[a.name], place[b.name]) for a, b in pairwise(STAGES)]
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" role="img" '
         'aria-label="The stages of a parse, and what flows between them">',

@@ -45,7 +45,7 @@ def test_true_segments_are_good_examples(examples):
 
 
 def test_background_is_no_example(examples):
-    # The table alone has no margin to its support: its distance to it is a metre.
+    # Nothing else has as few points for the volume of its box as the table.
     column = examples.unary.features[:, UNARY_COLUMNS.index("density")]
     view = view_of(photograph(*BLOCKS))
     (scene,) = interpreter(view)([view.start])

@@ -45,10 +45,10 @@ def test_the_pair_that_most_looks_like_one_object_goes_first():
 def test_a_pair_is_judged_again_only_where_its_surroundings_changed():
     account, start = watched(blocks_view()), over_split(blocks_view(), 2)
     Greedy()(start, account.problem, seeded(0))
-    (scene,) = account.problem.interpret([start])
-    first, *later = account.judged
-    assert first == len(pairs_of(scene))
-    assert all(again < first for again in later)
+    _, _, (after_first,), *_ = account.interpreted
+    before, after = account.problem.interpret([start, after_first])
+    assert account.judged[0] == len(pairs_of(before))
+    assert account.judged[1] < len(pairs_of(after))
 
 
 def test_every_merge_is_understood_in_the_whole_scene():

@@ -1,0 +1,104 @@
+"""Write the tables of docs/results.md from the files in docs/results; with --check, say if they are up to date."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+PAGE = Path(__file__).with_name("results.md")
+RESULTS = Path(__file__).with_name("results")
+START, END = "<!-- tables -->\n", "<!-- end of tables -->"
+
+# Tables 2, 3 and 4 of the paper, on its own data sets.
+PAPER = {
+    ("axis_error_deg", "Min-vol"): "15.41° (Block)",
+    ("axis_error_deg", "Min-surf"): "9.75° (Block)",
+    ("axis_error_deg", "Supp-surf"): "7.02° (Block)",
+    ("support_accuracy", "Neighbour"): "80.6 % (Block), 52.9 % (SOD)",
+    ("support_accuracy", "Stability reasoning"): "91.7 % (Block), 72.9 % (SOD)",
+    ("overlap", "Stability"): "66.7 % (SOD), 69.2 % (GD), 61.0 % (NYU)",
+    ("overlap", "R-Samp"): "70.0 % (SOD), 72.3 % (GD), 61.7 % (NYU)",
+}
+NONE = """\
+No results are stored yet. Run `evaluate.py`, copy its `results.json` to `docs/results/` under a name of its own, and
+run `python docs/tables.py`.
+"""
+
+
+def tables(files: list[Path]) -> str:
+    """A table for each file of results, in the order given."""
+    return "\n".join(_section(file.stem, json.loads(file.read_text())) for file in files) or NONE
+
+
+def _section(name: str, results: dict[str, Any]) -> str:
+    versions = ", ".join(f"{package} {version}" for package, version in results["versions"].items())
+    return (
+        f"## {name}\n\n    {_command(results)}\n\n{results['data']['images']} images, {versions}.\n\n"
+        f"{_table(results['rows'])}"
+    )
+
+
+def _command(results: dict[str, Any]) -> str:
+    """The command that such results come from."""
+    name = results["data"]["name"]
+    simulated = re.fullmatch(r"(\w+)_(\d+)_seed(\d+)", name)
+    if simulated:
+        data = "data=simulated data.preset={} data.count={} data.seed={}".format(*simulated.groups())
+    else:
+        data = f"data=folder data.root={name}"
+    potential = results["rows"][0]["potential"]
+    return (
+        f"python evaluate.py experiment={results['experiment']} {data} potentials={potential} "
+        f"seed={results['seed']}"
+    )
+
+
+def _table(rows: list[dict[str, Any]]) -> str:
+    columns: list[str] = []
+    for score in dict.fromkeys(score for row in rows for score in row["scores"]):
+        columns.append(score)
+        if any((score, row["method"]) in PAPER for row in rows):
+            columns.append(f"{score} in the paper")
+    lines = [
+        ["method", *columns],
+        ["---"] * (len(columns) + 1),
+        *([row["method"], *(_cell(row, column) for column in columns)] for row in rows),
+    ]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def _cell(row: dict[str, Any], column: str) -> str:
+    """A mean and its interval, or what the paper has in this place."""
+    score = column.removesuffix(" in the paper")
+    if column != score:
+        return PAPER.get((score, row["method"]), "") if score in row["scores"] else ""
+    mean = row["scores"].get(score)
+    if mean is None:
+        return ""
+    low, high = row["ci95"][score]
+    if score.endswith("_deg"):
+        return f"{mean:.2f}° [{low:.2f}, {high:.2f}]"
+    return f"{100 * mean:.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
+
+
+def main(check: bool) -> int:
+    """Bring the page up to date, or find out whether it is; the exit status."""
+    page = PAGE.read_text(encoding="utf-8")
+    before, rest = page.split(START)
+    after = rest.split(END)[1]
+    wanted = f"{before}{START}\n{tables(sorted(RESULTS.glob('*.json')))}\n{END}{after}"
+    if check:
+        if wanted != page:
+            print(f"{PAGE} is out of date; run: python docs/tables.py", file=sys.stderr)
+        return int(wanted != page)
+    draft = PAGE.with_suffix(".tmp")
+    draft.write_text(wanted, encoding="utf-8")
+    draft.replace(PAGE)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main("--check" in sys.argv[1:]))

@@ -1,0 +1,73 @@
+"""The tables of docs/results.md are those of the stored results."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from importlib import util
+from types import ModuleType
+
+import pytest
+
+from tests.docs.pages import DOCS, ROOT
+
+SCRIPT = DOCS / "tables.py"
+
+
+@pytest.fixture
+def tables() -> ModuleType:
+    spec = util.spec_from_file_location("tables", SCRIPT)
+    assert spec is not None
+    assert spec.loader is not None
+    module = util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def results(name: str, **scores: float | None) -> dict:
+    ci95 = {
+        score: value if value is None else [value - 0.01, value + 0.01] for score, value in scores.items()
+    }
+    row = {"method": "R-Samp", "potential": "mlp", "scores": scores, "ci95": ci95, "per_image": {}}
+    data = {"name": name, "images": 8}
+    return {
+        "experiment": "blocks", "data": data, "rows": [row], "seed": 3, "seconds": 1.0, "versions": {"torch": "2"}
+    }  # fmt: skip
+
+
+def test_the_page_is_up_to_date():
+    command = [sys.executable, str(SCRIPT), "--check"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_page_with_another_table_is_out_of_date(tables, tmp_path, monkeypatch):
+    monkeypatch.setattr(tables, "PAGE", tmp_path / "results.md")
+    monkeypatch.setattr(tables, "RESULTS", tmp_path)
+    tables.PAGE.write_text(f"before\n{tables.START}old{tables.END}\nafter\n")
+    (tmp_path / "some.json").write_text(json.dumps(results("osd", overlap=0.9)))
+    assert tables.main(check=True) == 1
+    assert tables.main(check=False) == 0
+    assert tables.main(check=True) == 0
+    page = tables.PAGE.read_text()
+    assert page.startswith("before\n")
+    assert page.endswith("\nafter\n")
+    assert "90.0 % [89.0, 91.0]" in page
+
+
+def test_without_results_the_page_says_so(tables):
+    assert tables.tables([]) == tables.NONE
+
+
+def test_a_table_tells_its_command_its_scores_and_the_papers(tables, tmp_path):
+    file = tmp_path / "blocks_small.json"
+    file.write_text(
+        json.dumps(results("blocks_8_seed5", axis_error_deg=2.5, overlap=0.75, stable_share=None))
+    )
+    text = tables.tables([file])
+    assert "## blocks_small" in text
+    assert "data=simulated data.preset=blocks data.count=8 data.seed=5 potentials=mlp seed=3" in text
+    assert "| method | axis_error_deg | overlap | overlap in the paper | stable_share |" in text
+    assert "| R-Samp | 2.50° [2.49, 2.51] | 75.0 % [74.0, 76.0] | 70.0 % (SOD), 72.3 % (GD)" in text
+    assert "|  |" in text
