@@ -109,7 +109,7 @@ def clip(subject: Polygons, clipper: Polygons) -> Polygons:
 def area(polygons: Polygons) -> Tensor:
     """Areas, (B,) square metres; differentiable."""
     arms = _arms(polygons)
-    return 0.5 * _cross(arms[:, :-1], arms[:, 1:]).sum(dim=0)
+    return 0.5 * _total(_cross(arms[:, :-1], arms[:, 1:]))
 
 
 def centroid(polygons: Polygons) -> Tensor:
@@ -117,8 +117,8 @@ def centroid(polygons: Polygons) -> Tensor:
     arms = _arms(polygons)
     weight = _cross(arms[:, :-1], arms[:, 1:])
     solid = polygons.count > 2
-    total = torch.where(solid, weight.sum(dim=0), 1.0)
-    middle = ((arms[:, :-1] + arms[:, 1:]) * weight).sum(dim=1) / (3.0 * total)
+    total = torch.where(solid, _total(weight), 1.0)
+    middle = _total((arms[:, :-1] + arms[:, 1:]) * weight) / (3.0 * total)
     center = polygons.vertices[:, 0] + torch.where(solid, middle, 0.5 * arms[:, -1]).T
     return torch.where(polygons.count[:, None] > 0, center, torch.nan)
 
@@ -269,6 +269,11 @@ def _polygons(corners: Tensor, count: Tensor) -> Polygons:
 def _arms(polygons: Polygons) -> Tensor:
     """From the first vertex to every vertex, (2, V, B)."""
     return _planar(polygons.vertices - polygons.vertices[:, :1])
+
+
+def _total(values: Tensor) -> Tensor:
+    """Sums of (..., V, B) over V, term by term: `sum` rounds by the shape, and padding must not change a bit."""
+    return pad(values, (0, 0, 1, 0)).cumsum(dim=-2)[..., -1, :]
 
 
 def _pick(points: Tensor, index: Tensor) -> Tensor:

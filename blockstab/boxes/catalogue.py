@@ -84,6 +84,7 @@ class Catalogue:
         self.fits = Fits.none()
         self._row: dict[BoxKey, int] = {}
         self._variant: dict[tuple[int, bytes], int] = {}
+        self._owner = torch.empty(0, dtype=torch.long)  # the smallest atom of the segment of each row
         self._pair_key = torch.empty(0, dtype=torch.long)
         self._pair_value = torch.empty(0, 4, dtype=torch.float64)
 
@@ -119,6 +120,7 @@ class Catalogue:
             fits = self.fitter(*self.points.gather([segment for segment, _ in keys]), axis)
             start = len(self.fits)
             self.fits = self.fits.extended(fits)
+            self._owner = torch.cat([self._owner, torch.tensor([min(segment) for segment, _ in keys])])
             self._row.update((key, start + i) for i, key in enumerate(keys))
 
     def variants(self, rows: Tensor, boxes: Boxes) -> Tensor:
@@ -134,13 +136,16 @@ class Catalogue:
             if key not in self._variant:
                 self._variant[key] = len(self.fits)
                 self.fits = self.fits.extended(self.fits[rows[i : i + 1]].with_boxes(boxes[i : i + 1]))
+                self._owner = torch.cat([self._owner, self._owner[rows[i : i + 1]]])
             result[i] = self._variant[key]
         return result
 
     def separation(self, first: Tensor, second: Tensor) -> Separation:
         """Gaps and directions of pairs of rows (P,), measured once for each pair of boxes."""
-        low, high = torch.minimum(first, second), torch.maximum(first, second)
-        key = low << 32 | high
+        # The order in which two boxes are measured decides how the gap is rounded, so it must not be that of the
+        # rows, which depends on what was fitted before.
+        swapped = self._owner[first] > self._owner[second]
+        key = torch.where(swapped, second, first) << 32 | torch.where(swapped, first, second)
         wanted, place = torch.unique(key, return_inverse=True)
         known = torch.searchsorted(self._pair_key, wanted)
         if len(self._pair_key):
@@ -153,5 +158,5 @@ class Catalogue:
             merged, order = torch.cat([self._pair_key, fresh]).sort()
             self._pair_key, self._pair_value = merged, torch.cat([self._pair_value, value])[order]
         value = self._pair_value[torch.searchsorted(self._pair_key, wanted)[place]]
-        turned = torch.where(first > second, -1.0, 1.0)[:, None]
+        turned = torch.where(swapped, -1.0, 1.0)[:, None]
         return Separation(value[:, 0], value[:, 1:] * turned)

@@ -73,7 +73,7 @@ def flat_frame(points: Tensor, present: Tensor, plane: Plane, flat: Tensor, outl
     """
     normal = plane.normal[torch.arange(points.shape[0]), flat.long().argmax(dim=1)]
     u, v = plane_basis(normal)
-    seen = torch.stack([(points @ u[..., None])[..., 0], (points @ v[..., None])[..., 0]], dim=1)  # (N, 2, J)
+    seen = (points[:, None] * torch.stack([u, v], dim=1)[:, :, None]).sum(dim=-1)  # (N, 2, J)
     rank = (outlier_share / 4 * present.sum(dim=1)).long()
     best = _smallest(seen, present, rank, _COARSE.expand(points.shape[0], -1, -1))
     cos, sin = best[:, None].unbind(dim=-1)

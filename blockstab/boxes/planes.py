@@ -55,7 +55,7 @@ def fixed_plane(
 ) -> Plane:
     """S1 with its normal given: only its offset is sampled (`draws`: (N, R, S); `axis`: (N, 3))."""
     n, r, s = draws.shape
-    height = (points @ axis[..., None])[..., 0]
+    height = (points * axis[:, None]).sum(dim=-1)
     index = (draws * count[:, None, None]).long().reshape(n, -1)
     offset = height.gather(1, index)
     votes = ((height[:, None] - offset[..., None]).abs() < tolerance[:, None]) & present[:, None]
@@ -150,12 +150,12 @@ def _robust_border(ordered: Tensor, present: Tensor) -> Tensor:
 
 
 def _turned(rotation: Tensor, turn: Tensor) -> Tensor:
-    """Rotate the axes by the rotation vectors `turn` (N, 3), radians."""
-    x, y, z = turn.unbind(dim=1)
-    zero = torch.zeros_like(x)
-    skew = torch.stack([zero, -z, y, z, zero, -x, -y, x, zero], dim=1).view(-1, 3, 3)
-    turned: Tensor = torch.linalg.matrix_exp(skew) @ rotation
-    return turned
+    """Rotate the axes by the rotation vectors `turn` (N, 3), radians (Rodrigues 1840)."""
+    angle = turn.square().sum(dim=1, keepdim=True).sqrt().clamp(min=1e-12)
+    pole = (turn / angle)[..., None].expand_as(rotation)
+    sine, cosine = torch.sin(angle)[..., None], torch.cos(angle)[..., None]
+    along = pole * (pole * rotation).sum(dim=1, keepdim=True)
+    return cosine * rotation + sine * torch.linalg.cross(pole, rotation, dim=1) + (1 - cosine) * along
 
 
 def _within(points: Tensor, present: Tensor, tolerance: Tensor, normal: Tensor, offset: Tensor) -> Tensor:

@@ -135,7 +135,9 @@ def _levelled(points: Tensor, normals: Tensor, up: Tensor) -> Tensor:
     for _ in range(_ITERATIONS):
         if near.sum() < _FEWEST:
             return up
-        plane = torch.linalg.lstsq(rays[near], inverse[near, None]).solution[:, 0]
+        chosen = rays[near]
+        # `lstsq` rounds by where its workspace happens to lie in memory: the same image, other bits.
+        plane = torch.linalg.pinv(chosen.T @ chosen, hermitian=True) @ (chosen.T @ inverse[near])
         near = (rays @ plane - inverse).abs() < 3 * DISPARITY_NOISE
     fitted = -F.normalize(plane, dim=0)
     return fitted if fitted @ up > _NEAR else up

