@@ -1,7 +1,7 @@
 # Every target makes .venv by itself when it is missing or out of date; nothing has to be typed first.
 
 PYTHON ?= $(shell for p in python3.11 python3.12 python3.13 python3; do \
-	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
+	$$p -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' 2>/dev/null && { echo $$p; break; }; done)
 BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := out/demo
@@ -13,7 +13,7 @@ JOBS ?= 2
 setup: $(STAMP)
 
 python:
-	@test -n "$(PYTHON)" || { echo "blockstab needs Python 3.11 or newer, and none was found; install it, or name it: make PYTHON=/path/to/python3.11"; exit 1; }
+	@test -n "$(PYTHON)" || { echo "blockstab needs Python 3.11, 3.12 or 3.13, and none was found; install it, or name it: make PYTHON=/path/to/python3.11"; exit 1; }
 
 $(STAMP): pyproject.toml constraints.txt | python
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv

@@ -10,7 +10,7 @@ from typing import Any
 import hydra
 import torch
 from hydra.utils import instantiate
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 from rich.console import Console
 from rich.table import Table
 
@@ -18,8 +18,9 @@ import blockstab
 from blockstab.batch import Job, parse_all
 from blockstab.cli import folder_job
 from blockstab.export import write_whole
+from blockstab.parser import Potentials
 from blockstab.scoring import Score, score_scene
-from models.checkpoint import Potentials, load_potentials
+from models.parsing import parsing_potentials
 
 RESAMPLES = 1000
 
@@ -27,9 +28,17 @@ RESAMPLES = 1000
 @hydra.main(config_path="configs", config_name="evaluate", version_base="1.3")
 def main(cfg: DictConfig) -> None:
     """Run every method of an experiment on every scene of a data set."""
+    try:
+        run(cfg)
+    except (ValueError, ModuleNotFoundError) as error:
+        raise SystemExit(" ".join(str(error).split())) from None
+
+
+def run(cfg: DictConfig) -> None:
+    """Predict, score, and write `results.json`."""
     begin = time.perf_counter()
     data = instantiate(cfg.data)
-    folders, potentials, out = data.folders(), load_potentials(cfg.potentials), Path(cfg.out)
+    folders, potentials, out = data.folders(), parsing_potentials(cfg.potentials), Path(cfg.out)
     jobs = [folder_job(folder) for folder in folders]
     rows = [
         row_of(name, method, cfg, jobs, folders, potentials, out)
@@ -59,9 +68,10 @@ def row_of(
 ) -> dict[str, Any]:
     """Predict with one method, then score its files."""
     parser = instantiate(method.parser)(potentials=potentials, seed=cfg.seed)
-    settings = OmegaConf.to_yaml(method.parser) + f"{potentials.sha256} {cfg.seed}"
     where = out / "predictions" / name
-    failed = [o.error for o in parse_all(jobs, parser, settings, where, cfg.jobs, report=False) if o.error]
+    failed = [
+        o.error for o in parse_all(jobs, parser, parser.settings, where, cfg.jobs, report=False) if o.error
+    ]
     if failed:
         raise SystemExit(
             f"{name}: {len(failed)} of {len(jobs)} scenes failed; a score without them would mislead."

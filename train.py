@@ -29,6 +29,14 @@ from models.potential import choose_c, fit_potential
 @hydra.main(config_path="configs", config_name="train", version_base="1.3")
 def main(cfg: DictConfig) -> None:
     """Train the unary, pairwise and merge potentials of one head."""
+    try:
+        run(cfg)
+    except (ValueError, ModuleNotFoundError) as error:
+        raise SystemExit(" ".join(str(error).split())) from None
+
+
+def run(cfg: DictConfig) -> None:
+    """Make examples, fit each potential, and save them."""
     folders = instantiate(cfg.data).folders()
     maker = ExampleMaker(instantiate(cfg.proposals), variants=cfg.variants)
     examples = gathered(folders, maker, cfg.seed, Path(cfg.cache), cfg.jobs)

@@ -6,14 +6,11 @@ import math
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated
 
 import typer
 
 from blockstab.batch import Job, parse_all
-from blockstab.features.merging import MERGE_COLUMNS
-from blockstab.features.pairwise import PAIRWISE_COLUMNS
-from blockstab.features.unary import UNARY_COLUMNS
 from blockstab.parser import Parser, Potentials, estimated_ground, given_ground
 from blockstab.proposals import Proposal
 from blockstab.proposals.felzenszwalb import Felzenszwalb
@@ -99,7 +96,7 @@ def parse(
             ground_of=estimated_ground if up is UpName.estimate else given_ground,
             seed=seed,
         )
-        settings = f"{proposals} {search} {parser.potentials.sha256} {up} {seed} {fx} {fy} {cx} {cy}"
+        settings = f"{parser.settings} {fx} {fy} {cx} {cy}"
         outcomes = parse_all(work, parser, settings, out, workers=jobs)
     except ValueError as error:
         _stop(str(error))
@@ -122,9 +119,7 @@ def simulate(
 
     try:
         made = write_simulated(out, preset, count, seed, jobs)
-    except ValueError as error:
-        _stop(str(error))
-    except ModuleNotFoundError as error:
+    except (ValueError, ModuleNotFoundError) as error:
         _stop(str(error))
     except OSError as error:
         _stop(f"{error.filename or out}: {error.strerror or error}.")
@@ -149,17 +144,9 @@ def _loose_job(color: Path | None, depth: Path | None, camera: Camera) -> Job:
 
 
 def _potentials(name: str) -> Potentials:
-    from models.checkpoint import check_columns, load_potentials
+    from models.parsing import parsing_potentials
 
-    found = load_potentials(name)
-    if found.merge is None:
-        raise ValueError(
-            f"{name} holds no potential of merging, which a search starts with; train one with train.py."
-        )
-    check_columns(found.unary, UNARY_COLUMNS)
-    check_columns(found.pairwise, PAIRWISE_COLUMNS)
-    check_columns(found.merge, MERGE_COLUMNS)
-    return cast(Potentials, found)  # its `merge` is there
+    return parsing_potentials(name)
 
 
 def _stop(message: str) -> None:

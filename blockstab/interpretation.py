@@ -78,7 +78,9 @@ class Interpreter:
         """The piles of a segmentation; background that is not the ground belongs to each, as a support."""
         segments = segmentation.segments
         background, at_ground = self._backgrounds(segments)
-        number = pile_numbers(self.catalogue.fits.boxes[self.catalogue.rows(segments)], background).tolist()
+        rows = self.catalogue.rows(segments)
+        boxes = self.catalogue.fits.boxes[rows]
+        number = pile_numbers(boxes, background, self.rules.support.touch(boxes)).tolist()
         walls = [
             s
             for s, b, g in zip(segments, background.tolist(), at_ground.tolist(), strict=True)

@@ -28,7 +28,7 @@ class Parsed:
         badness: (N,) probability that a segment is wrong.
         falls: by segment index, the indices of the segments that fall if it is removed.
         energy: of the segmentation (Eq. 2).
-        trace: the lowest energy known after each round of the search, the first guess first.
+        trace: the energy of the best that the search kept after each step, the first guess first.
         seconds: by stage, time spent; the stages do not overlap.
         potentials_name: where the potentials came from.
         potentials_sha256: 64 hexadecimal digits of their file.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
@@ -30,7 +30,6 @@ from blockstab.segments.hierarchy import build_hierarchy, split
 from blockstab.segments.segmentation import Segment, Segmentation
 from blockstab.stability.removal import falls_if_removed
 
-
 MIN_SEGMENT_PX = 100  # no split leaves a smaller part: so few points say little about a box
 
 
@@ -40,6 +39,15 @@ class Judge(Protocol):
     def __call__(self, features: Tensor) -> Tensor: ...
 
     def badness(self, features: Tensor) -> Tensor: ...
+
+
+class GroundFinder(Protocol):
+    """A named function from an image and its points to the ground."""
+
+    @property
+    def __name__(self) -> str: ...
+
+    def __call__(self, frame: Frame, cloud: Cloud, /) -> Ground: ...
 
 
 class Potentials(Protocol):
@@ -99,7 +107,7 @@ def given_ground(frame: Frame, cloud: Cloud) -> Ground:
     return ground_from_up(cloud, frame.up_camera)
 
 
-def make_view(frame: Frame, proposal: Proposal, ground_of: Callable[[Frame, Cloud], Ground]) -> View:
+def make_view(frame: Frame, proposal: Proposal, ground_of: GroundFinder) -> View:
     """Prepare an image for understanding.
 
     Raises:
@@ -138,8 +146,21 @@ class Parser:
     search: Search
     potentials: Potentials
     rules: Rules = field(default_factory=Rules)
-    ground_of: Callable[[Frame, Cloud], Ground] = estimated_ground
+    ground_of: GroundFinder = estimated_ground
     seed: int = 0
+
+    @property
+    def settings(self) -> str:
+        """All that decides a result beside the image, in words."""
+        parts = (
+            self.proposal,
+            self.search,
+            self.potentials.sha256,
+            self.rules,
+            self.ground_of.__name__,
+            self.seed,
+        )
+        return " ".join(str(part) for part in parts)
 
     def __call__(self, frame: Frame) -> Parsed:
         """Understand one image."""

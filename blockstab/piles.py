@@ -62,15 +62,17 @@ class PileTable:
         return PileTable(segments, tuple(start), torch.cat(first), torch.cat(second))
 
 
-def pile_numbers(boxes: Boxes, background: Tensor) -> Tensor:
+def pile_numbers(boxes: Boxes, background: Tensor, touch: Tensor) -> Tensor:
     """Which objects form a pile: (N,) int64, the same number within one pile; -1 for background.
 
-    Two objects belong together if the rectangles around their shadows on the ground, one widened by `REACH_M`,
-    overlap; so do those that others link.
+    Two objects belong together if the rectangles around their shadows on the ground, widened by `REACH_M` or by how
+    close they must come to touch, `touch` (N,) metres, overlap; so do those that others link.
     """
     corners = boxes.corners()[..., [0, 2]]
     low, high = corners.amin(dim=1), corners.amax(dim=1)
-    near = ((low[:, None] - REACH_M <= high) & (low <= high[:, None] + REACH_M)).all(dim=-1)
+    reach = touch.clamp(min=REACH_M)
+    reach = torch.maximum(reach[:, None], reach)[..., None]
+    near = ((low[:, None] - reach <= high) & (low <= high[:, None] + reach)).all(dim=-1)
     near &= ~background & ~background[:, None]
     number = torch.arange(len(boxes))
     while True:

@@ -80,7 +80,7 @@ def _notes(parsed: Parsed) -> list[str]:
             "Check that the boxes stand upright, or give the direction in meta.json."
         )
     if parsed.scene.ground.height is None:
-        notes.append("No ground plane was found: nothing rests on the ground.")
+        notes.append("No ground plane was found: the lowest points are taken to lie on it.")
     return notes
 
 

@@ -15,7 +15,7 @@ from torch import Tensor
 
 from blockstab.datasets.folder import read_truth
 from blockstab.datasets.truth import ObjectTruth, Truth
-from blockstab.metrics import axis_error_deg, overlap_score
+from blockstab.metrics import axis_error_deg, overlap_score, support_accuracy
 from blockstab.rgbd.frame import Frame, read_scene
 
 MIN_VISIBLE_PX = 100  # objects seen less are not scored
@@ -67,9 +67,7 @@ def support_below(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
     return _exact_supporters(prediction, frame, truth, frozenset(("surface", "partial")))
 
 
-def _exact_supporters(
-    prediction: Prediction, frame: Frame, truth: Truth, types: frozenset[str]
-) -> Score:
+def _exact_supporters(prediction: Prediction, frame: Frame, truth: Truth, types: frozenset[str]) -> Score:
     if not truth.support_annotated:
         return Score(0.0, 0)
     background = {*truth.background_ids, BACKGROUND}
@@ -79,10 +77,10 @@ def _exact_supporters(
         if edge["type"] in types:
             found.setdefault(edge["supported"], set()).add(_merged(edge["supporter"], background))
     scored = [o for o in _seen(frame, truth) if o.supported_by is not None]
-    right = sum(
-        found.get(o.id, set()) == {_merged(i, background) for i in o.supported_by or ()} for o in scored
-    )
-    return Score(float(right), len(scored))
+    if not scored:
+        return Score(0.0, 0)
+    true = {o.id: {_merged(i, background) for i in o.supported_by or ()} for o in scored}
+    return Score(support_accuracy(true, found) * len(scored), len(scored))
 
 
 def stable(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
@@ -96,6 +94,9 @@ def overlap(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
     """The pixel-wise segmentation score of the image, over its objects."""
     assert frame.label is not None
     objects = tuple(o.id for o in _seen(frame, truth))
+    if not truth.objects:  # labels alone: all that is not background
+        ids = [i for i in torch.unique(frame.label).tolist() if i > 0 and i not in frame.background_ids]
+        objects = tuple(i for i in ids if int((frame.label == i).sum()) >= MIN_VISIBLE_PX)
     if not objects:
         return Score(0.0, 0)
     return Score(overlap_score(frame.label, prediction.label, objects), 1)

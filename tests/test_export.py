@@ -44,7 +44,6 @@ def test_a_record_follows_the_schema(parsed: Parsed) -> None:
         (["segments", 1, "box", "half_extent"], [0.1, 0.0, 0.1]),
         (["segments", 1, "box", "corners"], []),
         (["segments", 1, "badness"], -0.1),
-        (["pairs", 0, "potential"], None),  # neighbours have one
         (["pairs", 1, "potential"], 0.5),  # others have none
         (["supports", 0, "type"], "top"),
         (["supports", 0, "supported"], 0),

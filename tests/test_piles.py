@@ -13,7 +13,7 @@ from tests.worlds import Block, build, judge
 
 def numbers(*blocks: Block) -> list[int]:
     boxes, movable = build(*blocks)
-    return pile_numbers(boxes, ~movable).tolist()
+    return pile_numbers(boxes, ~movable, torch.zeros(len(boxes), dtype=torch.float64)).tolist()
 
 
 @pytest.mark.parametrize(("gap", "together"), [(REACH_M - 0.001, True), (REACH_M + 0.001, False)])

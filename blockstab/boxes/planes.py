@@ -155,7 +155,10 @@ def _turned(rotation: Tensor, turn: Tensor) -> Tensor:
     pole = (turn / angle)[..., None].expand_as(rotation)
     sine, cosine = torch.sin(angle)[..., None], torch.cos(angle)[..., None]
     along = pole * (pole * rotation).sum(dim=1, keepdim=True)
-    return cosine * rotation + sine * torch.linalg.cross(pole, rotation, dim=1) + (1 - cosine) * along
+    turned: Tensor = (
+        cosine * rotation + sine * torch.linalg.cross(pole, rotation, dim=1) + (1 - cosine) * along
+    )
+    return turned
 
 
 def _within(points: Tensor, present: Tensor, tolerance: Tensor, normal: Tensor, offset: Tensor) -> Tensor:

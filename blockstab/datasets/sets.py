@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from blockstab.datasets.folder import scene_folders
+from blockstab.datasets.folder import read_truth, scene_folders
 from blockstab.datasets.simulated import write_simulated
 
 
@@ -21,9 +21,15 @@ class SceneSet(Protocol):
 
 @dataclass(frozen=True)
 class FolderScenes:
-    """The scene folders right under `root`."""
+    """The scene folders right under `root`.
+
+    Args:
+        root: the folder.
+        annotated: only the scenes whose supports are annotated.
+    """
 
     root: str | Path
+    annotated: bool = False
 
     @property
     def name(self) -> str:
@@ -37,6 +43,8 @@ class FolderScenes:
             ValueError: if there is none.
         """
         found = scene_folders(Path(self.root))
+        if self.annotated:
+            found = [folder for folder in found if read_truth(folder).support_annotated]
         if not found:
             raise ValueError(f"{self.root} holds no scene folder (one with a meta.json in it).")
         return found

@@ -21,7 +21,7 @@ class Problem:
         interpret: understands segmentations of the image.
         energy: rates scenes; lower is better.
         merge: features of possible merges (K, 70) to (K,): 0 for pairs that should merge, else 1.
-        split: the two parts that a segment falls into first, or None if it is one atom.
+        split: the two parts that a segment falls into first, or None if it cannot be split.
     """
 
     interpret: Interpreter
@@ -32,7 +32,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Found:
-    """What a search came to: its best scene, and the least energy known after each step."""
+    """What a search came to: its best scene, and the energy of the best it kept after each step."""
 
     best: Rating
     trace: tuple[float, ...]
