@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -112,12 +113,16 @@ def interval(parts: list[Score], seed: int) -> list[float] | None:
 
 
 def show(results: dict[str, Any]) -> None:
-    """Print one line a method."""
-    names = list(dict.fromkeys(score for row in results["rows"] for score in row["scores"]))
-    table = Table("method", *names, title=f"{results['experiment']}: {results['data']['images']} scenes")
-    for row in results["rows"]:
-        table.add_row(row["method"], *(_cell(row, name) for name in names))
-    Console(width=110).print(table)
+    """Print a table for each group of rows with the same scores, one line a method."""
+    console = Console(width=110)
+    print(
+        f"{results['experiment']}: {results['data']['images']} scenes; means over all that was scored, 95 % intervals"
+    )
+    for names, rows in groupby(results["rows"], key=lambda row: tuple(row["scores"])):
+        table = Table("method", *names)
+        for row in rows:
+            table.add_row(row["method"], *(_cell(row, name) for name in names))
+        console.print(table)
 
 
 def _cell(row: dict[str, Any], name: str) -> str:
