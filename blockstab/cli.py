@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from blockstab.batch import Job, parse_all
-from blockstab.parser import Parser, Potentials, estimated_ground, given_ground
+from blockstab.parser import Parser, Potentials
 from blockstab.proposals import Proposal
 from blockstab.proposals.felzenszwalb import Felzenszwalb
 from blockstab.proposals.files import LabelFile
@@ -21,6 +21,7 @@ from blockstab.search import Search
 from blockstab.search.greedy import Greedy
 from blockstab.search.rsamp import RSamp
 from blockstab.search.stay import Stay
+from blockstab.view import estimated_ground, given_ground
 
 app = typer.Typer(
     help="Understand RGB-D images as things that stand.",

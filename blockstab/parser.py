@@ -17,18 +17,15 @@ from blockstab.features.pairwise import boundaries
 from blockstab.features.unary import unary_features
 from blockstab.interpretation import Interpreter
 from blockstab.parsed import Parsed
-from blockstab.proposals import Proposal, Proposed
+from blockstab.proposals import Proposal
 from blockstab.reasoning import Rules
-from blockstab.rgbd.cloud import Cloud, cloud_from_frame
 from blockstab.rgbd.frame import Frame
-from blockstab.rgbd.ground import Ground, estimate_ground, ground_from_up
-from blockstab.rgbd.sight import Sight
 from blockstab.search import Problem, Search
-from blockstab.segments.atoms import Atoms, join, make_atoms, over_segment
-from blockstab.segments.boundaries import boundary_strength
+from blockstab.segments.atoms import Atoms
 from blockstab.segments.hierarchy import build_hierarchy, split
 from blockstab.segments.segmentation import Segment, Segmentation
 from blockstab.stability.removal import falls_if_removed
+from blockstab.view import GroundFinder, View, estimated_ground, make_view
 
 MIN_SEGMENT_PX = 100  # no split leaves a smaller part: so few points say little about a box
 
@@ -39,15 +36,6 @@ class Judge(Protocol):
     def __call__(self, features: Tensor) -> Tensor: ...
 
     def badness(self, features: Tensor) -> Tensor: ...
-
-
-class GroundFinder(Protocol):
-    """A named function from an image and its points to the ground."""
-
-    @property
-    def __name__(self) -> str: ...
-
-    def __call__(self, frame: Frame, cloud: Cloud, /) -> Ground: ...
 
 
 class Potentials(Protocol):
@@ -63,70 +51,6 @@ class Potentials(Protocol):
     def name(self) -> str: ...
     @property
     def sha256(self) -> str: ...
-
-
-@dataclass(frozen=True)
-class View:
-    """An image made ready: its points in the world frame, its finest partition, and where to start.
-
-    Args:
-        frame, cloud, ground: the image, its points (world frame), and the ground.
-        atoms: the finest partition; every proposed region is a set of atoms.
-        start: the proposal as a segmentation.
-        label: (H, W) int64 the proposal's ids on the pixels of `start`.
-        known: (A,) int64, 1 for atoms of known background, 0 for atoms of known objects, -1 for the rest.
-    """
-
-    frame: Frame
-    cloud: Cloud
-    ground: Ground
-    atoms: Atoms
-    start: Segmentation
-    label: Tensor
-    known: Tensor
-
-    @property
-    def sight(self) -> Sight:
-        """What the camera saw, and what was hidden from it."""
-        return Sight(self.frame.depth, self.frame.camera, self.ground.world_from_camera)
-
-
-def estimated_ground(frame: Frame, cloud: Cloud) -> Ground:
-    """The ground as the image shows it."""
-    return estimate_ground(cloud)
-
-
-def given_ground(frame: Frame, cloud: Cloud) -> Ground:
-    """The ground for the up direction that the scene's `meta.json` gives.
-
-    Raises:
-        ValueError: if it gives none.
-    """
-    if frame.up_camera is None:
-        raise ValueError(f"{frame.name} has no `up_camera` in its meta.json; let it be estimated.")
-    return ground_from_up(cloud, frame.up_camera)
-
-
-def make_view(frame: Frame, proposal: Proposal, ground_of: GroundFinder) -> View:
-    """Prepare an image for understanding.
-
-    Raises:
-        ValueError: if the proposal leaves no region with depth.
-    """
-    cloud = cloud_from_frame(frame)
-    ground = ground_of(frame, cloud)
-    cloud = cloud.rotated(ground.world_from_camera)
-    proposed = proposal(frame, cloud, ground)
-    strength = boundary_strength(frame, cloud)
-    fine = over_segment(strength, cloud.valid)
-    label = torch.where(fine > 0, proposed.label, 0)
-    partition = _with_depth(join(fine, label), cloud.valid)
-    if not bool(partition.any()):
-        raise ValueError(f"{frame.name}: the proposal leaves no region with depth.")
-    atoms = make_atoms(partition, strength)
-    label = torch.where(atoms.label > 0, label, 0)
-    start = Segmentation.from_labels(atoms, label)
-    return View(frame, cloud, ground, atoms, start, label, _known(atoms, label, proposed))
 
 
 @dataclass(frozen=True)
@@ -210,21 +134,6 @@ class Parser:
 
         energy = Energy(self.potentials.unary, self.potentials.pairwise)
         return Problem(interpret, energy, self.potentials.merge, split_once)
-
-
-def _with_depth(partition: Tensor, valid: Tensor) -> Tensor:
-    """The partition without the parts that hold no measured pixel, numbered from 1 without gaps."""
-    measured = torch.bincount(partition[valid], minlength=int(partition.max()) + 1) > 0
-    measured[0] = False
-    number = measured.cumsum(dim=0) * measured
-    return number[partition]
-
-
-def _known(atoms: Atoms, label: Tensor, proposed: Proposed) -> Tensor:
-    known = torch.full((len(atoms),), -1, dtype=torch.long)
-    for identity, background in proposed.known.items():
-        known[atoms.label[label == identity] - 1] = int(background)
-    return known
 
 
 def _ids(segmentation: Segmentation, view: View) -> tuple[int, ...]:

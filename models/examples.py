@@ -13,7 +13,6 @@ from blockstab.features.merging import MERGE_COLUMNS
 from blockstab.features.pairwise import PAIRWISE_COLUMNS, boundaries, pairwise_features
 from blockstab.features.unary import UNARY_COLUMNS, unary_features
 from blockstab.interpretation import Interpreter
-from blockstab.parser import View, estimated_ground, make_view
 from blockstab.proposals import Proposal
 from blockstab.proposals.files import LabelFile
 from blockstab.reasoning import Rules
@@ -21,6 +20,7 @@ from blockstab.rgbd.frame import Frame
 from blockstab.scene import Scene
 from blockstab.search.greedy import merge_rows, pairs_of
 from blockstab.segments.hierarchy import build_hierarchy, split
+from blockstab.view import View, estimated_ground, make_view
 from models.overlap import Overlap
 from models.spoiling import spoil
 

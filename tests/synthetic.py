@@ -14,12 +14,12 @@ from torch import Tensor
 
 from blockstab.boxes.box import Boxes
 from blockstab.interpretation import Interpreter, Rules
-from blockstab.parser import View, given_ground, make_view
 from blockstab.proposals import Proposal
 from blockstab.proposals.files import LabelFile
 from blockstab.rgbd.frame import Camera, Frame
 from blockstab.segments.hierarchy import build_hierarchy, split
 from blockstab.segments.segmentation import Segmentation
+from blockstab.view import View, given_ground, make_view
 from models.spoiling import spoil
 from tests.worlds import Block, build
 

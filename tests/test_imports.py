@@ -13,8 +13,19 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 # A part may import those before it.
 ORDER = (
-    *("convex", "rgbd", "segments", "boxes", "stability", "scene", "piles", "reasoning", "interpretation"),
-    *("features", "proposals", "energy", "search", "parsed", "parser"),
+    *(
+        "planar",
+        "convex",
+        "rgbd",
+        "segments",
+        "boxes",
+        "stability",
+        "scene",
+        "piles",
+        "reasoning",
+        "interpretation",
+    ),
+    *("features", "proposals", "energy", "search", "parsed", "view", "parser"),
     *("draw", "figures", "report", "export", "batch"),
     *("metrics", "datasets", "scoring", "cli"),
 )

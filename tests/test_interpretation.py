@@ -13,13 +13,13 @@ from torch import Tensor
 from blockstab.boxes.background import BackgroundRules
 from blockstab.convex import Polygons
 from blockstab.interpretation import Interpreter
-from blockstab.parser import View, make_view
 from blockstab.proposals.watershed import Watershed
 from blockstab.reasoning import Rules
 from blockstab.rgbd.ground import ground_from_up
 from blockstab.scene import Scene
 from blockstab.segments.segmentation import Segmentation
 from blockstab.stability.support import GROUND, SupportType, tilt
+from blockstab.view import View, make_view
 from tests.synthetic import (
     BLOCKS,
     TABLE_Y,

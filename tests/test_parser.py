@@ -13,7 +13,7 @@ from PIL import Image
 from blockstab.export import scene_record, scene_schema, write_parsed
 from blockstab.features.unary import unary_features
 from blockstab.parsed import Parsed
-from blockstab.parser import Parser, estimated_ground, given_ground, make_view
+from blockstab.parser import Parser
 from blockstab.proposals import Proposed
 from blockstab.proposals.felzenszwalb import Felzenszwalb
 from blockstab.proposals.files import LabelFile
@@ -22,6 +22,7 @@ from blockstab.rgbd.frame import Frame
 from blockstab.search.greedy import Greedy
 from blockstab.search.rsamp import RSamp
 from blockstab.search.stay import Stay
+from blockstab.view import estimated_ground, given_ground, make_view
 from tests.synthetic import BLOCKS, photograph
 from tests.tolerance import EXACT
 from tests.toy_potentials import toy_potentials

@@ -11,12 +11,13 @@ from torch import Tensor
 
 from blockstab.boxes.fitting import Fits, MinimumSurface
 from blockstab.interpretation import Interpreter, Rules
-from blockstab.parser import Parser, View
+from blockstab.parser import Parser
 from blockstab.proposals.files import LabelFile
 from blockstab.scene import Scene
 from blockstab.search import Problem
 from blockstab.search.stay import Stay
 from blockstab.segments.segmentation import Segmentation
+from blockstab.view import View
 from tests.synthetic import BLOCKS, photograph, view_of
 from tests.toy_potentials import toy_potentials
 
