@@ -23,7 +23,7 @@ $(STAMP): pyproject.toml constraints.txt | python
 
 demo: $(STAMP)
 	$(BIN)/blockstab simulate --preset blocks --count 24 --seed 1 --jobs $(JOBS) --out $(DEMO)/train
-	$(BIN)/blockstab simulate --preset blocks --count 8 --seed 2 --jobs $(JOBS) --out $(DEMO)/test
+	$(BIN)/blockstab simulate --preset blocks --count 12 --seed 2 --jobs $(JOBS) --out $(DEMO)/test
 	$(BIN)/python train.py potential=svm data=folder data.root=$(DEMO)/train output=$(DEMO)/svm cache=$(DEMO)/examples jobs=$(JOBS)
 	$(BIN)/python train.py potential=mlp data=folder data.root=$(DEMO)/train output=$(DEMO)/mlp cache=$(DEMO)/examples jobs=$(JOBS)
 	$(BIN)/blockstab parse $(DEMO)/test/* --potentials $(DEMO)/mlp.json --jobs $(JOBS) --out $(DEMO)/parsed
@@ -44,6 +44,7 @@ bench: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest benchmarks --benchmark-columns=min,median,ops
 
 docs: $(STAMP)
+	$(BIN)/python docs/tables.py --check
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build
 	@echo "docs/_build/index.html"
 

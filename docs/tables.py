@@ -1,15 +1,20 @@
-"""Write the tables of docs/results.md from the files in docs/results; with --check, say if they are up to date."""
+"""Write the tables of docs/results.md and README.md from the files in docs/results; with --check, say if they are old."""
 
 from __future__ import annotations
 
 import json
 import re
 import sys
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-PAGE = Path(__file__).with_name("results.md")
 RESULTS = Path(__file__).with_name("results")
+# Each page, and the files whose tables it shows.
+PAGES = {
+    Path(__file__).with_name("results.md"): "*.json",
+    Path(__file__).parents[1] / "README.md": "demo.json",
+}
 START, END = "<!-- tables -->\n", "<!-- end of tables -->"
 
 # Tables 2, 3 and 4 of the paper, on its own data sets.
@@ -35,9 +40,10 @@ def tables(files: list[Path]) -> str:
 
 def _section(name: str, results: dict[str, Any]) -> str:
     versions = ", ".join(f"{package} {version}" for package, version in results["versions"].items())
+    groups = groupby(results["rows"], key=lambda row: tuple(row["scores"]))
     return (
         f"## {name}\n\n    {_command(results)}\n\n{results['data']['images']} images, {versions}.\n\n"
-        f"{_table(results['rows'])}"
+        + "\n".join(_table(list(rows)) for _, rows in groups)
     )
 
 
@@ -48,7 +54,8 @@ def _command(results: dict[str, Any]) -> str:
     if simulated:
         data = "data=simulated data.preset={} data.count={} data.seed={}".format(*simulated.groups())
     else:
-        data = f"data=folder data.root={name}"
+        root = name.removesuffix(" (annotated)")
+        data = f"data=folder data.root={root}" + (" data.annotated=true" if root != name else "")
     potential = results["rows"][0]["potential"]
     return (
         f"python evaluate.py experiment={results['experiment']} {data} potentials={potential} "
@@ -85,19 +92,21 @@ def _cell(row: dict[str, Any], column: str) -> str:
 
 
 def main(check: bool) -> int:
-    """Bring the page up to date, or find out whether it is; the exit status."""
-    page = PAGE.read_text(encoding="utf-8")
-    before, rest = page.split(START)
-    after = rest.split(END)[1]
-    wanted = f"{before}{START}\n{tables(sorted(RESULTS.glob('*.json')))}\n{END}{after}"
-    if check:
-        if wanted != page:
-            print(f"{PAGE} is out of date; run: python docs/tables.py", file=sys.stderr)
-        return int(wanted != page)
-    draft = PAGE.with_suffix(".tmp")
-    draft.write_text(wanted, encoding="utf-8")
-    draft.replace(PAGE)
-    return 0
+    """Bring the pages up to date, or find out whether they are; the exit status."""
+    old = 0
+    for page, files in PAGES.items():
+        text = page.read_text(encoding="utf-8")
+        before, rest = text.split(START)
+        after = rest.split(END)[1]
+        wanted = f"{before}{START}\n{tables(sorted(RESULTS.glob(files)))}\n{END}{after}"
+        if check and wanted != text:
+            print(f"{page} is out of date; run: python docs/tables.py", file=sys.stderr)
+            old = 1
+        elif wanted != text:
+            draft = page.with_suffix(".tmp")
+            draft.write_text(wanted, encoding="utf-8")
+            draft.replace(page)
+    return old
 
 
 if __name__ == "__main__":

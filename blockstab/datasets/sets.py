@@ -33,8 +33,8 @@ class FolderScenes:
 
     @property
     def name(self) -> str:
-        """The folder's own name."""
-        return Path(self.root).resolve().name
+        """The folder's own name, and whether only a part of it counts."""
+        return Path(self.root).resolve().name + (" (annotated)" if self.annotated else "")
 
     def folders(self) -> list[Path]:
         """The folders, in the order of their names.

@@ -1,4 +1,4 @@
-"""The tables of docs/results.md are those of the stored results."""
+"""The tables of docs/results.md and README.md are those of the stored results."""
 
 from __future__ import annotations
 
@@ -43,17 +43,18 @@ def test_the_page_is_up_to_date():
 
 
 def test_a_page_with_another_table_is_out_of_date(tables, tmp_path, monkeypatch):
-    monkeypatch.setattr(tables, "PAGE", tmp_path / "results.md")
+    page = tmp_path / "results.md"
+    monkeypatch.setattr(tables, "PAGES", {page: "*.json"})
     monkeypatch.setattr(tables, "RESULTS", tmp_path)
-    tables.PAGE.write_text(f"before\n{tables.START}old{tables.END}\nafter\n")
+    page.write_text(f"before\n{tables.START}old{tables.END}\nafter\n")
     (tmp_path / "some.json").write_text(json.dumps(results("osd", overlap=0.9)))
     assert tables.main(check=True) == 1
     assert tables.main(check=False) == 0
     assert tables.main(check=True) == 0
-    page = tables.PAGE.read_text()
-    assert page.startswith("before\n")
-    assert page.endswith("\nafter\n")
-    assert "90.0 % [89.0, 91.0]" in page
+    text = page.read_text()
+    assert text.startswith("before\n")
+    assert text.endswith("\nafter\n")
+    assert "90.0 % [89.0, 91.0]" in text
 
 
 def test_without_results_the_page_says_so(tables):
