@@ -1,4 +1,4 @@
-"""Write the tables of docs/results.md and README.md from the files in docs/results; with --check, say if they are old."""
+"""Write the tables of the results page and the README from docs/results; with --check, say if they are old."""
 
 from __future__ import annotations
 

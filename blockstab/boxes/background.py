@@ -15,15 +15,16 @@ from blockstab.boxes.box import Boxes
 class BackgroundRules:
     """What counts as background.
 
-    A segment is background if at least `plane_share` of its points lie in one plane, and that plane is the
-    ground or level below it, or a wall larger than `wall_m`, or covers more than `image_share` of the image; or if
-    it lies deeper than `below_m` below the ground.
+    A segment is background if at least `plane_share` of its points lie in the ground plane or lower; if as many
+    lie in one plane that is a wall larger than `wall_m`, or covers more than `image_share` of the image; or if it
+    lies deeper than `below_m` below the ground.
 
     Args:
         plane_m, plane_per_square_m: how far from the plane its points may lie, with r the distance from the
             camera: `plane_m + plane_per_square_m * r ** 2`.
-        angle_deg: how far from horizontal the ground, from vertical a wall may be.
-        ground_m: how far above the ground plane the ground may lie.
+        angle_deg: how far from vertical a wall may be.
+        ground_m: how far above the ground plane a point of it may lie; `plane_per_square_m * r ** 2` where that
+            is more.
     """
 
     plane_share: float = 0.8
@@ -59,11 +60,14 @@ def is_background(
     planar = near.sum(dim=1) >= rules.plane_share * count
     slope = normal[:, 1].abs()
     level = points[..., 1].masked_fill(~present, float("nan")).nanmedian(dim=1).values
-    at_ground = (slope > math.cos(math.radians(rules.angle_deg))) & (level - ground_height < rules.ground_m)
+    # By the points, not by the box: a strip of table at the border of an image has a box of any direction.
+    reach = (rules.plane_per_square_m * points.square().sum(dim=-1)).clamp(min=rules.ground_m)
+    low = (points[..., 1] - ground_height < reach) & present
+    at_ground = low.sum(dim=1) >= rules.plane_share * count
     # What is seen beyond the edge of a table, and lower, does not stand on the table.
     below = level < ground_height - rules.below_m
     wall = (slope < math.sin(math.radians(rules.angle_deg))) & (
         2 * boxes.half_extent.amax(dim=1) > rules.wall_m
     )
     lies_in_ground = (level - ground_height).abs() < 2 * rules.ground_m
-    return below | planar & (at_ground | wall | (share > rules.image_share)), lies_in_ground
+    return below | at_ground | planar & (wall | (share > rules.image_share)), lies_in_ground
