@@ -42,13 +42,15 @@ def _section(name: str, results: dict[str, Any]) -> str:
     versions = ", ".join(f"{package} {version}" for package, version in results["versions"].items())
     groups = groupby(results["rows"], key=lambda row: tuple(row["scores"]))
     return (
-        f"## {name}\n\n    {_command(results)}\n\n{results['data']['images']} images, {versions}.\n\n"
+        f"## {name}\n\n    {_command(results, name == 'demo')}\n\n{results['data']['images']} images, {versions}.\n\n"
         + "\n".join(_table(list(rows)) for _, rows in groups)
     )
 
 
-def _command(results: dict[str, Any]) -> str:
+def _command(results: dict[str, Any], demo: bool) -> str:
     """The command that such results come from."""
+    if demo:
+        return "make demo"
     name = results["data"]["name"]
     simulated = re.fullmatch(r"(\w+)_(\d+)_seed(\d+)", name)
     if simulated:
