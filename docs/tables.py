@@ -40,6 +40,7 @@ def tables(files: list[Path]) -> str:
 
 def _section(name: str, results: dict[str, Any]) -> str:
     versions = ", ".join(f"{package} {version}" for package, version in results["versions"].items())
+    command = "make demo" if name == "demo" else _command(results)
     groups = groupby(results["rows"], key=lambda row: tuple(row["scores"]))
     return (
         f"## {name}\n\n    {_command(results, name == 'demo')}\n\n{results['data']['images']} images, {versions}.\n\n"
@@ -47,10 +48,8 @@ def _section(name: str, results: dict[str, Any]) -> str:
     )
 
 
-def _command(results: dict[str, Any], demo: bool) -> str:
+def _command(results: dict[str, Any]) -> str:
     """The command that such results come from."""
-    if demo:
-        return "make demo"
     name = results["data"]["name"]
     simulated = re.fullmatch(r"(\w+)_(\d+)_seed(\d+)", name)
     if simulated:
