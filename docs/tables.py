@@ -42,9 +42,8 @@ def _section(name: str, results: dict[str, Any]) -> str:
     versions = ", ".join(f"{package} {version}" for package, version in results["versions"].items())
     command = "make demo" if name == "demo" else _command(results)
     groups = groupby(results["rows"], key=lambda row: tuple(row["scores"]))
-    return (
-        f"## {name}\n\n    {_command(results, name == 'demo')}\n\n{results['data']['images']} images, {versions}.\n\n"
-        + "\n".join(_table(list(rows)) for _, rows in groups)
+    return f"## {name}\n\n    {command}\n\n{results['data']['images']} images, {versions}.\n\n" + "\n".join(
+        _table(list(rows)) for _, rows in groups
     )
 
 
