@@ -21,6 +21,7 @@ from blockstab.cli import folder_job
 from blockstab.export import write_whole
 from blockstab.parser import Potentials
 from blockstab.scoring import Score, score_scene
+from models.entry import one_line_errors
 from models.parsing import parsing_potentials
 
 RESAMPLES = 1000
@@ -29,10 +30,8 @@ RESAMPLES = 1000
 @hydra.main(config_path="configs", config_name="evaluate", version_base="1.3")
 def main(cfg: DictConfig) -> None:
     """Run every method of an experiment on every scene of a data set."""
-    try:
+    with one_line_errors():
         run(cfg)
-    except (ValueError, ModuleNotFoundError) as error:
-        raise SystemExit(" ".join(str(error).split())) from None
 
 
 def run(cfg: DictConfig) -> None:

@@ -19,9 +19,11 @@ from rich.progress import track
 from safetensors.torch import load_file, save
 
 import blockstab
+from blockstab.cli import folder_job
 from blockstab.export import write_whole
 from blockstab.rgbd.frame import read_scene
 from models.checkpoint import save_potentials
+from models.entry import one_line_errors
 from models.examples import COLUMNS, ExampleMaker, Examples, Rows
 from models.potential import choose_c, fit_potential
 
@@ -29,10 +31,8 @@ from models.potential import choose_c, fit_potential
 @hydra.main(config_path="configs", config_name="train", version_base="1.3")
 def main(cfg: DictConfig) -> None:
     """Train the unary, pairwise and merge potentials of one head."""
-    try:
+    with one_line_errors():
         run(cfg)
-    except (ValueError, ModuleNotFoundError) as error:
-        raise SystemExit(" ".join(str(error).split())) from None
 
 
 def run(cfg: DictConfig) -> None:
@@ -73,8 +73,9 @@ def examples_of(folder: Path, maker: ExampleMaker, seed: int, cache: Path) -> Ex
     """The examples of one scene, from the cache where it holds them."""
     torch.set_num_threads(1)
     digest = hashlib.sha256(f"{blockstab.__version__} {maker} {seed}".encode())
-    for name in ("color.png", "depth.png", "label.png", "meta.json"):
-        digest.update((folder / name).read_bytes())
+    for path in folder_job(folder).inputs:
+        # What is missing is reported, by name, where it is read.
+        digest.update(path.read_bytes() if path.is_file() else b"")
     file = cache / f"{digest.hexdigest()[:32]}.safetensors"
     if file.is_file():
         kept = load_file(file)

@@ -1,0 +1,29 @@
+import pytest
+import torch
+
+from models.entry import one_line_errors
+from tests.synthetic import BLOCKS, photograph, write_folder
+from train import examples_of
+
+
+def test_a_callers_mistake_becomes_one_line_and_exit_status_1():
+    with pytest.raises(SystemExit) as stop, one_line_errors():
+        raise ValueError("the root\nholds no scene")
+    assert stop.value.code == "the root holds no scene"
+
+
+def test_a_defect_of_our_own_keeps_its_traceback():
+    with pytest.raises(RuntimeError), one_line_errors():
+        raise RuntimeError("a defect")
+
+
+def test_a_scene_without_labels_is_named_and_not_missed_as_a_file(tmp_path):
+    folder = write_folder(photograph(*BLOCKS).frame, tmp_path / "scene")
+    (folder / "label.png").unlink()
+
+    def maker(frame, generator: torch.Generator):
+        assert frame.label is None
+        raise ValueError(f"{frame.name} has no label.png")
+
+    with pytest.raises(ValueError, match=r"scene has no label\.png"):
+        examples_of(folder, maker, 0, tmp_path)
