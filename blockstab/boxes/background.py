@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
+from blockstab.rgbd.cloud import SENSOR_STEP
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class BackgroundRules:
 
     plane_share: float = 0.8
     plane_m: float = 0.008
-    plane_per_square_m: float = 2.9e-3
+    plane_per_square_m: float = SENSOR_STEP
     angle_deg: float = 10.0
     ground_m: float = 0.01
     below_m: float = 0.05

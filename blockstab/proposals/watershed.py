@@ -8,11 +8,11 @@ import torch
 from torch import Tensor
 
 from blockstab.proposals import Proposed
-from blockstab.rgbd.cloud import Cloud
+from blockstab.rgbd.cloud import SENSOR_STEP, Cloud
 from blockstab.rgbd.frame import Frame
 from blockstab.rgbd.ground import Ground
 from blockstab.segments.atoms import absorb_small, join, make_atoms, over_segment
-from blockstab.segments.boundaries import SENSOR_STEP, boundary_strength
+from blockstab.segments.boundaries import boundary_strength
 from blockstab.segments.hierarchy import build_hierarchy
 
 GROUND_ID = 1

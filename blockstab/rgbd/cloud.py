@@ -12,6 +12,9 @@ from torch import Tensor
 
 from blockstab.rgbd.frame import Frame
 
+SENSOR_STEP = 2.9e-3
+"""Depth step of a structured-light sensor, 1/m: 2.9e-3 z^2 metres at depth z (Gupta et al. 2013)."""
+
 DISPARITY_NOISE = 1.5e-3
 """Standard deviation of inverse depth, 1/m: the random error of a Kinect is 1.425e-3 z^2 m
 (Khoshelham and Oude Elberink 2012), which is uniform in inverse depth."""

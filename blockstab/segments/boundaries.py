@@ -8,12 +8,9 @@ from kornia.color import rgb_to_lab
 from kornia.filters import gaussian_blur2d, spatial_gradient
 from torch import Tensor
 
-from blockstab.rgbd.cloud import Cloud
+from blockstab.rgbd.cloud import SENSOR_STEP, Cloud
 from blockstab.rgbd.frame import Frame
 from blockstab.segments.gaps import without_gaps
-
-SENSOR_STEP = 2.9e-3
-"""Depth step of a structured-light sensor, 1/m: 2.9e-3 z^2 metres at depth z (Gupta et al. 2013)."""
 
 _COLOR_SHARE = 0.3  # printed boxes carry strong colour edges: alone, they must not outweigh geometry
 _COLOR_FULL = 12.0  # Lab units per pixel that make a full colour edge

@@ -13,9 +13,7 @@ from blockstab.stability.area import on_ground
 from blockstab.stability.loads import loads
 from blockstab.stability.support import Supports
 
-EDGE_REACH = (
-    0.01  # metres by which a support without area (an edge, a corner) is taken to reach around itself
-)
+EDGE_REACH = 0.01  # metres by which a support without area, an edge or a corner, reaches around itself
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from torch import Tensor
 from blockstab.boxes.box import Boxes
 from blockstab.boxes.separation import Separation
 from blockstab.convex import Polygons, concatenate
+from blockstab.rgbd.cloud import SENSOR_STEP
 from blockstab.stability.area import footprints, lowest_corners, surface_areas, touching_edges
 from blockstab.stability.loads import loads
 
@@ -72,7 +73,7 @@ class SupportRules:
 
     angle_deg: float = 20.0
     touch_m: float = 0.02
-    touch_per_square_m: float = 2 * 2.9e-3
+    touch_per_square_m: float = 2 * SENSOR_STEP
 
     def noise(self, boxes: Boxes) -> Tensor:
         """One depth step at each box, (N,) metres."""
