@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -17,9 +18,12 @@ from rich.table import Table
 
 import blockstab
 from blockstab.batch import Job, parse_all
-from blockstab.cli import folder_job
+from blockstab.datasets.readable import readable
+from blockstab.datasets.sets import SceneSet
+from blockstab.datasets.splits import scenes_of
 from blockstab.export import write_whole
 from blockstab.parser import Potentials
+from blockstab.rgbd.frame import Frame
 from blockstab.scoring import Score, score_scene
 from models.entry import one_line_errors
 from models.parsing import parsing_potentials
@@ -37,16 +41,23 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig) -> None:
     """Predict, score, and write `results.json`."""
     begin = time.perf_counter()
-    data = instantiate(cfg.data)
-    folders, potentials, out = data.folders(), parsing_potentials(cfg.potentials), Path(cfg.out)
-    jobs = [folder_job(folder) for folder in folders]
+    data, split = instantiate(cfg.data), instantiate(cfg.split)
+    potentials, out = parsing_potentials(cfg.potentials), Path(cfg.out)
+    chosen = scenes_of(data, split, cfg.part, Path(cfg.splits))
+    scenes = readable(data, chosen, cfg.strict, cfg.jobs)
     rows = [
-        row_of(name, method, cfg, jobs, folders, potentials, out)
+        row_of(name, method, cfg, data, scenes, potentials, out)
         for name, method in cfg.experiment.methods.items()
     ]
     results = {
         "experiment": cfg.experiment.name,
-        "data": {"name": data.name, "images": len(folders)},
+        "data": {
+            "name": data.name,
+            "split": split.name,
+            "part": cfg.part,
+            "images": len(scenes),
+            "left_out": sorted(set(chosen) - set(scenes)),
+        },
         "rows": rows,
         "seed": cfg.seed,
         "seconds": round(time.perf_counter() - begin, 2),
@@ -61,14 +72,15 @@ def row_of(
     name: str,
     method: DictConfig,
     cfg: DictConfig,
-    jobs: list[Job],
-    folders: list[Path],
+    data: SceneSet,
+    scenes: list[str],
     potentials: Potentials,
     out: Path,
 ) -> dict[str, Any]:
     """Predict with one method, then score its files."""
     parser = instantiate(method.parser)(potentials=potentials, seed=cfg.seed)
     where = out / "predictions" / name
+    jobs = [Job(s, partial(frame_of, data, s), partial(data.stamp, s)) for s in scenes]
     failed = [
         o.error for o in parse_all(jobs, parser, parser.settings, where, cfg.jobs, report=False) if o.error
     ]
@@ -76,7 +88,7 @@ def row_of(
         raise SystemExit(
             f"{name}: {len(failed)} of {len(jobs)} scenes failed; a score without them would mislead."
         )
-    each = {f.name: score_scene(f, where / f.name, tuple(method.scores)) for f in folders}
+    each = {s: score_scene(*data.read(s), where / s, tuple(method.scores)) for s in scenes}
     scores, intervals = {}, {}
     for score in method.scores:
         parts = [s[score] for s in each.values() if s[score].things]
@@ -92,6 +104,11 @@ def row_of(
         "ci95": intervals,
         "per_image": per_image,
     }
+
+
+def frame_of(data: SceneSet, scene: str) -> Frame:
+    """The image of one scene."""
+    return data.read(scene)[0]
 
 
 def pooled(parts: list[Score]) -> float | None:

@@ -19,9 +19,10 @@ from rich.progress import track
 from safetensors.torch import load_file, save
 
 import blockstab
-from blockstab.cli import folder_job
+from blockstab.datasets.readable import readable
+from blockstab.datasets.sets import SceneSet
+from blockstab.datasets.splits import scenes_of
 from blockstab.export import write_whole
-from blockstab.rgbd.frame import read_scene
 from models.checkpoint import save_potentials
 from models.entry import one_line_errors
 from models.examples import COLUMNS, ExampleMaker, Examples, Rows
@@ -37,9 +38,11 @@ def main(cfg: DictConfig) -> None:
 
 def run(cfg: DictConfig) -> None:
     """Make examples, fit each potential, and save them."""
-    folders = instantiate(cfg.data).folders()
+    data = instantiate(cfg.data)
+    chosen = scenes_of(data, instantiate(cfg.split), cfg.part, Path(cfg.splits))
+    scenes = readable(data, chosen, cfg.strict, cfg.jobs)
     maker = ExampleMaker(instantiate(cfg.proposals), variants=cfg.variants)
-    examples = gathered(folders, maker, cfg.seed, Path(cfg.cache), cfg.jobs)
+    examples = gathered(data, scenes, maker, cfg.seed, Path(cfg.cache), cfg.jobs)
     head = instantiate(cfg.potential)
     potentials, facts = {}, {}
     for name in Examples._fields:
@@ -57,31 +60,32 @@ def run(cfg: DictConfig) -> None:
             "held_out_loss": round(chosen.held_out_loss[chosen.c], 5),
         }
         print(name, facts[name])
-    save_potentials(Path(cfg.output), potentials, provenance(cfg, len(folders), facts))
+    save_potentials(Path(cfg.output), potentials, provenance(cfg, len(scenes), facts))
     print(f"potentials in {cfg.output}.safetensors and {cfg.output}.json")
 
 
-def gathered(folders: list[Path], maker: ExampleMaker, seed: int, cache: Path, jobs: int) -> list[Examples]:
+def gathered(
+    data: SceneSet, scenes: list[str], maker: ExampleMaker, seed: int, cache: Path, jobs: int
+) -> list[Examples]:
     """The examples of each scene, made once and kept in `cache`; a killed run goes on where it was."""
     cache.mkdir(parents=True, exist_ok=True)
-    make = partial(examples_of, maker=maker, seed=seed, cache=cache)
-    results = Parallel(n_jobs=jobs, return_as="generator")(delayed(make)(folder) for folder in folders)
-    return list(track(results, "examples", len(folders), console=Console(stderr=True)))
+    make = partial(examples_of, data=data, maker=maker, seed=seed, cache=cache)
+    results = Parallel(n_jobs=jobs, return_as="generator")(delayed(make)(scene) for scene in scenes)
+    return list(track(results, "examples", len(scenes), console=Console(stderr=True)))
 
 
-def examples_of(folder: Path, maker: ExampleMaker, seed: int, cache: Path) -> Examples:
+def examples_of(scene: str, data: SceneSet, maker: ExampleMaker, seed: int, cache: Path) -> Examples:
     """The examples of one scene, from the cache where it holds them."""
     torch.set_num_threads(1)
-    digest = hashlib.sha256(f"{blockstab.__version__} {maker} {seed}".encode())
-    for path in folder_job(folder).inputs:
-        # What is missing is reported, by name, where it is read.
-        digest.update(path.read_bytes() if path.is_file() else b"")
+    made_of = f"{blockstab.__version__} {maker} {seed} {data.stamp(scene)}"
+    digest = hashlib.sha256(made_of.encode())
     file = cache / f"{digest.hexdigest()[:32]}.safetensors"
     if file.is_file():
         kept = load_file(file)
         return Examples(*(Rows(kept[f"{n}.features"], kept[f"{n}.target"]) for n in Examples._fields))
     drawn = int.from_bytes(digest.digest()[:6], "big")
-    examples = maker(read_scene(folder), torch.Generator().manual_seed(drawn))
+    frame, _ = data.read(scene)
+    examples = maker(frame, torch.Generator().manual_seed(drawn))
     tensors = {
         f"{name}.{part}": tensor.contiguous()
         for name, rows in examples._asdict().items()

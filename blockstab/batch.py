@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -28,12 +27,12 @@ class Job:
     Args:
         name: of the scene, and of its folder in the output.
         read: gives the image.
-        inputs: the files it is read from.
+        stamp: gives a word that changes whenever the files do that the image is read from.
     """
 
     name: str
     read: Callable[[], Frame]
-    inputs: tuple[Path, ...]
+    stamp: Callable[[], str]
 
 
 @dataclass(frozen=True)
@@ -89,7 +88,7 @@ def _parse_one(job: Job, parser: Parser, settings: str, folder: Path, report: bo
     torch.set_num_threads(1)
     try:
         made = json.dumps(
-            {"version": __version__, "settings": settings, "inputs": _digest(job.inputs), "report": report}
+            {"version": __version__, "settings": settings, "inputs": job.stamp(), "report": report}
         )
         stamp = folder / MADE
         files = ("labels.png", "scene.json", *(["report.html"] if report else []))
@@ -110,11 +109,3 @@ def _parse_one(job: Job, parser: Parser, settings: str, folder: Path, report: bo
 def _named(name: str, error: ValueError) -> str:
     text = " ".join(str(error).split())
     return text if name in text else f"{name}: {text}"
-
-
-def _digest(files: tuple[Path, ...]) -> str:
-    """One hash over the files that are there."""
-    digest = hashlib.sha256()
-    for file in files:
-        digest.update(hashlib.sha256(file.read_bytes()).digest() if file.is_file() else b"-")
-    return digest.hexdigest()

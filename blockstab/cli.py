@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -11,6 +12,8 @@ from typing import Annotated
 import typer
 
 from blockstab.batch import Job, parse_all
+from blockstab.datasets.folder import IMAGES, META
+from blockstab.datasets.sets import stamp_of_files
 from blockstab.parser import Parser, Potentials
 from blockstab.proposals import Proposal
 from blockstab.proposals.felzenszwalb import Felzenszwalb
@@ -110,21 +113,51 @@ def parse(
 @app.command()
 def simulate(
     out: Annotated[Path, typer.Option(help="Folder for the scenes.")],
-    preset: Annotated[str, typer.Option(help="What kind of scenes.")] = "blocks",
+    preset: Annotated[str, typer.Option(help="What kind of scenes: blocks, objects, grocery.")] = "blocks",
     count: Annotated[int, typer.Option(min=1, help="How many.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="Of the whole set.")] = 0,
+    sensor: Annotated[str, typer.Option(help="How depth is measured: kinect, realsense, ideal.")] = "kinect",
+    variety: Annotated[float, typer.Option(help="Of colours and light, from 0, plain, to 1.")] = 1.0,
+    verdicts: Annotated[
+        bool, typer.Option("--verdicts", help="Boxes let go, and which of them move.")
+    ] = False,
     jobs: Annotated[int, typer.Option(min=1, help="Scenes made side by side.")] = 1,
 ) -> None:
     """Make scenes by physics and ray casting, with exact truth."""
-    from blockstab.datasets.simulated import write_simulated
-
+    begin = time.perf_counter()
     try:
-        made = write_simulated(out, preset, count, seed, jobs)
+        if verdicts:
+            made = _simulated_verdicts(out, preset, count, seed, jobs)
+        else:
+            made = _simulated_scenes(out, preset, count, seed, sensor, variety, jobs)
     except (ValueError, ModuleNotFoundError) as error:
         _stop(str(error))
     except OSError as error:
-        _stop(f"{error.filename or out}: {error.strerror or error}.")
-    typer.echo(f"{len(made)} scenes in {out}")
+        _stop(
+            f"{error.filename or out}: {error.strerror or error}; once that is mended, the same command goes on "
+            "where it stopped."
+        )
+    typer.echo(f"{made}. {time.perf_counter() - begin:.0f} s")
+
+
+def _simulated_scenes(
+    out: Path, preset: str, count: int, seed: int, sensor: str, variety: float, jobs: int
+) -> str:
+    from blockstab.simulation.census import census_of
+    from blockstab.simulation.simulated import Recipe
+    from blockstab.simulation.writing import SHEET, write_simulated
+
+    folders = write_simulated(out, Recipe(preset, seed, sensor, variety), count, jobs)
+    return f"{len(folders)} scenes in {out}; look at {out / SHEET}. {census_of(folders).summary()}"
+
+
+def _simulated_verdicts(out: Path, preset: str, count: int, seed: int, jobs: int) -> str:
+    from blockstab.simulation.verdicts import summary, write_verdicts
+
+    if preset != "blocks":
+        raise ValueError(f"Verdicts are about blocks, not {preset}; leave --preset out.")
+    files = write_verdicts(out, count, seed, jobs)
+    return f"{len(files)} arrangements in {out}. {summary(files)}"
 
 
 def main() -> None:
@@ -134,14 +167,16 @@ def main() -> None:
 
 def folder_job(folder: Path) -> Job:
     """The job of parsing one scene folder."""
-    files = tuple(folder / name for name in ("color.png", "depth.png", "label.png", "meta.json"))
-    return Job(folder.resolve().name, partial(read_scene, folder), files)
+    files = tuple(folder / name for name in (*IMAGES, META))
+    return Job(folder.resolve().name, partial(read_scene, folder), partial(stamp_of_files, files))
 
 
 def _loose_job(color: Path | None, depth: Path | None, camera: Camera) -> Job:
     if color is None or depth is None:
         raise typer.BadParameter("--color and --depth belong together")
-    return Job(color.stem, partial(read_images, color, depth, camera), (color, depth))
+    return Job(
+        color.stem, partial(read_images, color, depth, camera), partial(stamp_of_files, (color, depth))
+    )
 
 
 def _potentials(name: str) -> Potentials:

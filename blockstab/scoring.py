@@ -13,12 +13,10 @@ import torch
 from PIL import Image
 from torch import Tensor
 
-from blockstab.datasets.folder import read_truth
-from blockstab.datasets.truth import ObjectTruth, Truth
+from blockstab.datasets.truth import MIN_VISIBLE_PX, ObjectTruth, Truth
 from blockstab.metrics import axis_error_deg, overlap_score, support_accuracy
-from blockstab.rgbd.frame import Frame, read_scene
+from blockstab.rgbd.frame import Frame
 
-MIN_VISIBLE_PX = 100  # objects seen less are not scored
 BACKGROUND = 0  # every background id, and the ground plane, where supporters are compared
 
 
@@ -111,22 +109,22 @@ SCORES: dict[str, Callable[[Prediction, Frame, Truth], Score]] = {
 }
 
 
-def score_scene(folder: Path, predicted: Path, names: tuple[str, ...]) -> dict[str, Score]:
-    """Scores of one parsed scene.
+def score_scene(frame: Frame, truth: Truth, predicted: Path, names: tuple[str, ...]) -> dict[str, Score]:
+    """Scores of one parsed scene, whose files are in the folder `predicted`.
 
     Raises:
         ValueError: if the scene has no labels to score against.
     """
-    frame, truth = read_scene(folder), read_truth(folder)
     if frame.label is None:
-        raise ValueError(f"{folder} has no label.png; there is nothing to score against.")
+        raise ValueError(f"{frame.name} has no labels; there is nothing to score against.")
     prediction = Prediction.read(predicted)
     return {name: SCORES[name](prediction, frame, truth) for name in names}
 
 
 def _seen(frame: Frame, truth: Truth) -> list[ObjectTruth]:
     assert frame.label is not None
-    return [o for o in truth.objects if int((frame.label == o.id).sum()) >= MIN_VISIBLE_PX]
+    clear = [o for o in truth.objects if not o.hardly_seen]
+    return [o for o in clear if int((frame.label == o.id).sum()) >= MIN_VISIBLE_PX]
 
 
 def _merged(identity: int, background: set[int]) -> int:

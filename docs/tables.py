@@ -50,9 +50,12 @@ def _section(name: str, results: dict[str, Any]) -> str:
 def _command(results: dict[str, Any]) -> str:
     """The command that such results come from."""
     name = results["data"]["name"]
-    simulated = re.fullmatch(r"(\w+)_(\d+)_seed(\d+)", name)
+    simulated = re.fullmatch(r"([a-z]+)_(\d+)_seed(\d+)_([a-z]+)_variety([\d.]+)", name)
     if simulated:
-        data = "data=simulated data.preset={} data.count={} data.seed={}".format(*simulated.groups())
+        keys = ("preset", "count", "seed", "sensor", "variety")
+        data = " ".join(
+            ["data=simulated", *(f"data.{k}={v}" for k, v in zip(keys, simulated.groups(), strict=True))]
+        )
     else:
         root = name.removesuffix(" (annotated)")
         data = f"data=folder data.root={root}" + (" data.annotated=true" if root != name else "")

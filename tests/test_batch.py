@@ -12,6 +12,7 @@ import torch
 
 from blockstab import batch, export
 from blockstab.batch import MADE, Job, Outcome, parse_all
+from blockstab.datasets.sets import stamp_of_files
 from blockstab.parsed import Parsed
 from blockstab.parser import Parser
 from blockstab.proposals.files import LabelFile
@@ -27,7 +28,7 @@ QUICK = Parser(LabelFile(), Stay(), toy_potentials())
 
 def job(folder: Path) -> Job:
     files = tuple(folder / name for name in ("color.png", "depth.png", "label.png", "meta.json"))
-    return Job(folder.name, partial(read_scene, folder), files)
+    return Job(folder.name, partial(read_scene, folder), partial(stamp_of_files, files))
 
 
 @pytest.fixture

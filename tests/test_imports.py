@@ -27,7 +27,7 @@ ORDER = (
     ),
     *("features", "proposals", "energy", "search", "parsed", "view", "parser"),
     *("draw", "figures", "report", "export", "batch"),
-    *("metrics", "datasets", "scoring", "cli"),
+    *("metrics", "datasets", "simulation", "scoring", "cli"),
 )
 HEAVY = ("open3d", "pytorch_lightning", "mujoco", "plotly", "sklearn", "hydra")
 SOURCES = sorted((ROOT / "blockstab").rglob("*.py"))

@@ -14,10 +14,10 @@ import torch
 from PIL import Image
 from torch import Tensor
 
-from blockstab.datasets.folder import write_scene
-from blockstab.datasets.truth import ObjectTruth, Truth
-from blockstab.rgbd.frame import Camera, Frame
-from blockstab.scoring import MIN_VISIBLE_PX, SCORES, Score, score_scene
+from blockstab.datasets.folder import read_truth, write_scene
+from blockstab.datasets.truth import MIN_VISIBLE_PX, ObjectTruth, Truth
+from blockstab.rgbd.frame import Camera, Frame, read_scene
+from blockstab.scoring import SCORES, Score, score_scene
 
 TABLE, BLOCK, UPPER, SPECK = 1, 2, 3, 4
 ALL = tuple(SCORES)
@@ -92,12 +92,17 @@ def write_parse(
     (folder / "scene.json").write_text(json.dumps({"segments": segments, "supports": edges}))
 
 
+def scores_of(folders: tuple[Path, Path], names: tuple[str, ...]) -> dict[str, Score]:
+    scene, parsed = folders
+    return score_scene(read_scene(scene), read_truth(scene), parsed, names)
+
+
 def scored(folders: tuple[Path, Path], name: str) -> Score:
-    return score_scene(*folders, (name,))[name]
+    return scores_of(folders, (name,))[name]
 
 
 def test_a_parse_that_is_right_gets_full_marks_for_what_is_seen_well(folders):
-    scores = score_scene(*folders, ALL)
+    scores = scores_of(folders, ALL)
     assert scores["axis_error_deg"].total == pytest.approx(0.0, abs=1e-5)
     assert scores["axis_error_deg"].things == 2  # the speck is too small to be scored
     for name in ("support_accuracy", "support_below", "stable_share"):
@@ -107,7 +112,7 @@ def test_a_parse_that_is_right_gets_full_marks_for_what_is_seen_well(folders):
 
 
 def test_only_the_scores_asked_for_are_computed(folders):
-    assert list(score_scene(*folders, ("overlap", "stable_share"))) == ["overlap", "stable_share"]
+    assert list(scores_of(folders, ("overlap", "stable_share"))) == ["overlap", "stable_share"]
 
 
 def test_axis_errors_are_summed(folders):
@@ -159,6 +164,13 @@ def test_supports_are_scored_only_where_they_are_annotated(folders):
     assert scored(folders, "support_accuracy") == Score(0.0, 0)
 
 
+def test_what_the_truth_marks_as_hardly_seen_is_not_scored(folders):
+    write_truth(
+        folders[0], replace(TRUTH, objects=(*TRUTH.objects[:1], replace(TRUTH.objects[1], hardly_seen=True)))
+    )
+    assert scored(folders, "support_accuracy") == Score(1.0, 1)
+
+
 def test_unstable_objects_are_counted(folders):
     write_parse(folders[1], stable={UPPER: False, SPECK: False})
     assert scored(folders, "stable_share") == Score(1.0, 2)
@@ -174,11 +186,11 @@ def test_overlap_is_over_objects_not_background(folders):
 
 def test_a_scene_without_labels_cannot_be_scored(folders):
     (folders[0] / "label.png").unlink()
-    with pytest.raises(ValueError, match=r"scene has no label\.png"):
-        score_scene(*folders, ALL)
+    with pytest.raises(ValueError, match="scene has no labels"):
+        scores_of(folders, ALL)
 
 
 def test_a_scene_without_listed_objects_is_scored_by_its_labels_alone(folders):
     write_truth(folders[0], replace(TRUTH, objects=()))
-    scores = score_scene(*folders, ALL)
+    scores = scores_of(folders, ALL)
     assert {name for name, score in scores.items() if score.things} == {"overlap"}

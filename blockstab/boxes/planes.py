@@ -116,14 +116,14 @@ def refine(
         face, weight = _nearest_faces(points @ rotation, present, tolerance)  # (N, P), (N, P)
         one_hot = torch.nn.functional.one_hot(face, 6).to(points.dtype) * weight[..., None]  # (N, P, 6)
         mass = one_hot.sum(dim=1).clamp(min=1.0)
-        mean = one_hot.transpose(1, 2) @ points / mass[..., None]  # (N, 6, 3)
+        mean = _totals(one_hot.transpose(1, 2), points) / mass[..., None]  # (N, 6, 3)
         centred = points - (one_hot @ mean)
         normal = rotation.transpose(1, 2).gather(1, (face // 2)[..., None].expand(-1, -1, 3))
         residual = (normal * centred).sum(dim=-1)
         lever = torch.linalg.cross(normal, centred) * weight[..., None]
         if axis is not None:
             lever = (lever * axis[:, None]).sum(dim=-1, keepdim=True) * axis[:, None]
-        matrix = lever.transpose(1, 2) @ lever
+        matrix = _totals(lever.transpose(1, 2), lever)
         ridge = 1e-3 * matrix.diagonal(dim1=1, dim2=2).sum(dim=1).clamp(min=1e-12)
         matrix = matrix + ridge[:, None, None] * torch.eye(3, dtype=points.dtype)
         turn = -torch.linalg.solve(matrix, (lever * residual[..., None]).sum(dim=1))
@@ -171,11 +171,19 @@ def _least_squares(points: Tensor, weight: Tensor) -> Plane:
     """Planes of least squares for weights (N, R, J) on points (N, J, 3)."""
     products = points[..., :, None] * points[..., None, :]
     mass = weight.sum(dim=-1).clamp(min=1.0)
-    mean = weight @ points / mass[..., None]
-    second = (weight @ products.flatten(2)).view(*mass.shape, 3, 3) / mass[..., None, None]
+    mean = _totals(weight, points) / mass[..., None]
+    second = _totals(weight, products.flatten(2)).view(*mass.shape, 3, 3) / mass[..., None, None]
     covariance = second - mean[..., :, None] * mean[..., None, :]
     normal = torch.linalg.eigh(covariance).eigenvectors[..., 0]
     return Plane(normal, (normal * mean).sum(dim=-1))
+
+
+def _totals(weight: Tensor, values: Tensor) -> Tensor:
+    """Sums (N, R, K) of values (N, J, K) over J with weights (N, R, J)."""
+    # A matrix product rounds by where in memory each set of the batch begins; a sum along memory does not.
+    columns = values.transpose(1, 2).contiguous()
+    weight = weight.contiguous()
+    return torch.stack([(weight * columns[:, None, k]).sum(dim=-1) for k in range(columns.shape[1])], dim=-1)
 
 
 def _line_normal(seen: Tensor, weight: Tensor) -> Tensor:

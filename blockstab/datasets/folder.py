@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,15 @@ from torch import Tensor
 
 from blockstab.datasets.truth import LARGEST_ID, ObjectTruth, Truth, parsed_truth
 from blockstab.rgbd.frame import Frame
+from blockstab.rgbd.reading import FrameError, label_file, read_meta
 
 META = "meta.json"
 IMAGES = ("color.png", "depth.png", "label.png")
+BOUNDARY = "boundary.png"
+_RIGHT, _BELOW = (
+    85,
+    170,
+)  # values of boundary.png, whose sum 255 means both; all three can be told apart by eye
 
 
 def scene_folders(root: Path) -> list[Path]:
@@ -31,25 +38,38 @@ def scene_folders(root: Path) -> list[Path]:
 
 
 def read_truth(folder: Path) -> Truth:
-    """Read what a scene's meta.json says about its objects.
+    """Read what a scene's meta.json says about its objects, and its boundary.png where there is one.
 
     Raises:
-        ValueError: the file is missing or malformed; the message is one line that names it.
+        FrameError: a file is missing or malformed; the message is one line that names it.
     """
-    file = Path(folder) / META
+    file, boundary = Path(folder) / META, Path(folder) / BOUNDARY
+    truth = _said(file)
+    return replace(truth, boundary=_read_boundary(boundary)) if boundary.exists() else truth
+
+
+def _said(file: Path) -> Truth:
+    meta = read_meta(file)
     try:
-        meta = json.loads(file.read_text())
-        if not isinstance(meta, dict):
-            raise ValueError(f"it must hold a JSON object, but holds a {type(meta).__name__}")
-        return parsed_truth(meta)
-    except OSError as error:
-        raise ValueError(f"{file}: {error.strerror}; a scene folder needs this file.") from None
+        return parsed_truth(meta.values)
     except ValueError as error:
-        raise ValueError(f"{file}: {error}.") from None
+        raise FrameError(f"{file}: {error}; correct it.") from None
+
+
+def _read_boundary(path: Path) -> Tensor:
+    values = torch.from_numpy(np.array(label_file(path).decode())).long()
+    known = torch.isin(values, torch.tensor([0, _RIGHT, _BELOW, _RIGHT + _BELOW]))
+    if not bool(known.all()):
+        raise FrameError(
+            f"{path}: must hold 0, {_RIGHT} (boundary to the right), {_BELOW} (below) or {_RIGHT + _BELOW} "
+            f"(both), but holds {int(values[~known][0])}; leave it out, or write it so."
+        )
+    bits = values // _RIGHT
+    return torch.stack([bits % 2 == 1, bits >= 2])
 
 
 def write_scene(folder: Path, frame: Frame, truth: Truth, extra: Mapping[str, Any]) -> None:
-    """Write a scene folder: color.png, depth.png (mm), label.png where there are labels, and meta.json.
+    """Write a scene folder: color.png, depth.png (mm), label.png and boundary.png where known, and meta.json.
 
     The folder appears whole or not at all, and replaces one of the same name. Each object of meta.json also
     gets `pixels`, the number of pixels that carry its label.
@@ -73,6 +93,9 @@ def write_scene(folder: Path, frame: Frame, truth: Truth, extra: Mapping[str, An
     images = {"color.png": frame.color.numpy(), "depth.png": depth_mm}
     if frame.label is not None:
         images["label.png"] = _sixteen_bit(frame.label, "label ids")
+    if truth.boundary is not None:
+        right, below = truth.boundary.to(torch.uint8)
+        images[BOUNDARY] = (_RIGHT * right + _BELOW * below).numpy()
     folder = Path(folder)
     # Workers of a killed run may still be writing; without its draft such a worker fails, mixing nothing in.
     for abandoned in folder.parent.glob(f".{glob.escape(folder.name)}.*.draft"):
@@ -118,7 +141,8 @@ def _meta(frame: Frame, truth: Truth) -> dict[str, Any]:
 
 
 def _entry(truth: ObjectTruth, label: Tensor | None) -> dict[str, Any]:
-    known = {name: value for name, value in vars(truth).items() if value is not None}
+    # A scene says of few objects that they are hardly seen, so it is silent about the others.
+    known = {name: value for name, value in vars(truth).items() if value is not None and value is not False}
     entry = {n: v.tolist() if isinstance(v, Tensor) else v for n, v in known.items()}
     if label is not None:
         entry["pixels"] = int((label == truth.id).sum())

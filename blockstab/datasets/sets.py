@@ -1,22 +1,36 @@
-"""Sets of scenes that training and evaluation run over: folders on disk, or scenes simulated when first asked for."""
+"""Sets of labelled scenes, whatever their files look like: what training and evaluation run over."""
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from blockstab.datasets.folder import read_truth, scene_folders
-from blockstab.datasets.simulated import write_simulated
+from blockstab.datasets.folder import BOUNDARY, IMAGES, META, read_truth, scene_folders
+from blockstab.datasets.truth import Truth
+from blockstab.rgbd.frame import Frame, read_scene
 
 
 class SceneSet(Protocol):
-    """A named set of scene folders."""
+    """Labelled scenes of one kind. Each has a name, unlike all others and fit to be a folder's."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Of the set, for results."""
 
-    def folders(self) -> list[Path]: ...
+    def scenes(self) -> list[str]:
+        """The names of its scenes, in a fixed order; ValueError where there is none."""
+
+    def read(self, scene: str) -> tuple[Frame, Truth]:
+        """One scene; FrameError, a line that names the file, where it is damaged."""
+
+    def stamp(self, scene: str) -> str:
+        """A word that changes whenever the scene's files do."""
+
+    def official(self) -> Mapping[str, Sequence[str]]:
+        """The split that came with the set: names of scenes by part; empty where none did."""
 
 
 @dataclass(frozen=True)
@@ -36,41 +50,44 @@ class FolderScenes:
         """The folder's own name, and whether only a part of it counts."""
         return Path(self.root).resolve().name + (" (annotated)" if self.annotated else "")
 
-    def folders(self) -> list[Path]:
-        """The folders, in the order of their names.
+    def scenes(self) -> list[str]:
+        """The names of the folders, sorted.
 
         Raises:
             ValueError: if there is none.
         """
         found = scene_folders(Path(self.root))
         if self.annotated:
-            found = [folder for folder in found if read_truth(folder).support_annotated]
+            found = [folder for folder in found if _annotated_or_damaged(folder)]
         if not found:
             raise ValueError(f"{self.root} holds no scene folder (one with a meta.json in it).")
-        return found
+        return [folder.name for folder in found]
+
+    def read(self, scene: str) -> tuple[Frame, Truth]:
+        """One scene."""
+        folder = Path(self.root) / scene
+        return read_scene(folder), read_truth(folder)
+
+    def stamp(self, scene: str) -> str:
+        """A hash of the scene's files."""
+        return stamp_of_files(Path(self.root) / scene / name for name in (*IMAGES, BOUNDARY, META))
+
+    def official(self) -> Mapping[str, Sequence[str]]:
+        """None comes with a folder."""
+        return {}
 
 
-@dataclass(frozen=True)
-class SimulatedScenes:
-    """Scenes of a preset, made once in a folder of the cache and used again.
+def _annotated_or_damaged(folder: Path) -> bool:
+    # What is damaged stays in the list, so that reading it says what is wrong.
+    try:
+        return read_truth(folder).support_annotated
+    except ValueError:
+        return True
 
-    Args:
-        preset, count, seed: as in `blockstab simulate`.
-        cache: where sets are kept, each in a folder of its own.
-        jobs: scenes made side by side; the scenes do not depend on it.
-    """
 
-    preset: str = "blocks"
-    count: int = 40
-    seed: int = 1000
-    cache: str | Path = ".cache/simulated"
-    jobs: int = 2
-
-    @property
-    def name(self) -> str:
-        """What the set is made from."""
-        return f"{self.preset}_{self.count}_seed{self.seed}"
-
-    def folders(self) -> list[Path]:
-        """The folders, made where they are missing."""
-        return write_simulated(Path(self.cache) / self.name, self.preset, self.count, self.seed, self.jobs)
+def stamp_of_files(files: Iterable[Path]) -> str:
+    """One hash over the files that are there; a missing one is reported, by name, where it is read."""
+    digest = hashlib.sha256()
+    for file in files:
+        digest.update(hashlib.sha256(file.read_bytes()).digest() if file.is_file() else b"-")
+    return digest.hexdigest()

@@ -9,7 +9,9 @@ from typing import Any
 import torch
 from torch import Tensor
 
+MIN_VISIBLE_PX = 100  # objects of which fewer pixels are seen are not scored
 LARGEST_ID = 65535  # what a 16-bit label image can hold
+SUPPORT_TYPES = ("surface", "partial", "side", "below", "behind")
 _SKEW = 1e-3  # how far a pose written with few digits may be from rigid
 
 
@@ -19,11 +21,16 @@ class ObjectTruth:
 
     Args:
         id: its label id.
-        kind: "box", "cylinder" or "sphere".
+        kind: its shape: "box", "cylinder", "sphere", "bowl", "bottle", "l_shape".
         half_extent: (3,) float64, metres along its own axes.
         pose_camera: (4, 4) float64, object to camera frame; the columns of its rotation are its axes.
         supported_by: label ids of what carries it, background among them.
         falls_if_removed: label ids of the objects that move when this one is taken away.
+        support_types: how each of `supported_by` carries it: "surface", "partial" or "side", or, where the
+            truth says no more than that, "below" or "behind".
+        category: what it is, in the words of its set.
+        total_pixels: how many pixels it would cover in the image if nothing stood in front of it.
+        hardly_seen: whether so few of its pixels are seen that it should not be scored.
     """
 
     id: int
@@ -32,6 +39,10 @@ class ObjectTruth:
     pose_camera: Tensor | None = None
     supported_by: tuple[int, ...] | None = None
     falls_if_removed: tuple[int, ...] | None = None
+    support_types: tuple[str, ...] | None = None
+    category: str | None = None
+    total_pixels: int | None = None
+    hardly_seen: bool = False
 
 
 @dataclass(frozen=True)
@@ -43,12 +54,15 @@ class Truth:
         objects: one entry per object, also for those that the camera does not see.
         up_camera: (3,) float64 true up direction in the camera frame, or None.
         support_annotated: whether every support of every object is given.
+        boundary: (2, H, W) bool, whether a pixel shows another thing than its right neighbour, and than the
+            one below it; also where depth is missing. None where only the labels tell.
     """
 
     background_ids: tuple[int, ...]
     objects: tuple[ObjectTruth, ...]
     up_camera: Tensor | None
     support_annotated: bool
+    boundary: Tensor | None = None
 
 
 def parsed_truth(meta: Mapping[str, Any]) -> Truth:
@@ -88,9 +102,9 @@ def _object(entry: Mapping[str, Any], position: int) -> ObjectTruth:
         raise ValueError(f"entry {position} of objects has no id")
     (own,) = _ids([entry["id"]], f"the id in entry {position} of objects")
     of = f"of object {own}"
-    kind = entry.get("kind")
-    if kind is not None and not isinstance(kind, str):
-        raise ValueError(f"kind {of} must be a word, but is {kind!r}")
+    for word in ("kind", "category"):
+        if not isinstance(entry.get(word), str | None):
+            raise ValueError(f"{word} {of} must be a word, but is {entry[word]!r}")
     given = {name: value for name, value in entry.items() if value is not None}
     numbers = {
         name: _numbers(given[name], shape, f"{name} {of}")
@@ -101,15 +115,43 @@ def _object(entry: Mapping[str, Any], position: int) -> ObjectTruth:
         raise ValueError(f"half_extent {of} must be positive, but is {given['half_extent']}")
     if "pose_camera" in numbers and not _is_rigid(numbers["pose_camera"]):
         raise ValueError(f"pose_camera {of} must be a rotation, a shift and a last row 0 0 0 1")
-    ids = {n: _ids(given[n], f"{n} {of}") for n in ("supported_by", "falls_if_removed") if n in given}
+    ids: dict[str, tuple[int, ...]] = {
+        n: _ids(given[n], f"{n} {of}") for n in ("supported_by", "falls_if_removed") if n in given
+    }
     return ObjectTruth(
         own,
-        kind,
+        given.get("kind"),
         numbers.get("half_extent"),
         numbers.get("pose_camera"),
         ids.get("supported_by"),
         ids.get("falls_if_removed"),
+        _types(given, ids, of),
+        given.get("category"),
+        _pixels(given, of),
+        given.get("hardly_seen") is True,
     )
+
+
+def _types(given: Mapping[str, Any], ids: Mapping[str, tuple[int, ...]], of: str) -> tuple[str, ...] | None:
+    if "support_types" not in given:
+        return None
+    types, supporters = given["support_types"], ids.get("supported_by", ())
+    if (
+        not isinstance(types, list)
+        or len(types) != len(supporters)
+        or not all(t in SUPPORT_TYPES for t in types)
+    ):
+        raise ValueError(
+            f"support_types {of} must be one of {', '.join(SUPPORT_TYPES)} for each supporter, but is {types!r}"
+        )
+    return tuple(types)
+
+
+def _pixels(given: Mapping[str, Any], of: str) -> int | None:
+    count = given.get("total_pixels")
+    if count is not None and (type(count) is not int or count < 0):
+        raise ValueError(f"total_pixels {of} must be a whole number from 0, but is {count!r}")
+    return count
 
 
 def _is_rigid(pose: Tensor) -> bool:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 from PIL import Image
@@ -18,7 +19,10 @@ POSE = torch.tensor(
     [[0.0, -1.0, 0.0, 0.1], [1.0, 0.0, 0.0, 0.2], [0.0, 0.0, 1.0, 1.3], [0.0, 0.0, 0.0, 1.0]],
     dtype=torch.float64,
 )
-FULL = ObjectTruth(2, "box", torch.tensor([0.03, 0.05, 0.1], dtype=torch.float64), POSE, (1,), (7,))
+FULL = ObjectTruth(
+    *(2, "box", torch.tensor([0.03, 0.05, 0.1], dtype=torch.float64), POSE, (1,), (7,)),
+    *(("partial",), "plank", 700, True),
+)
 BARE = ObjectTruth(7)
 UP = torch.tensor([0.0, -0.8, -0.6], dtype=torch.float64)
 TRUTH = Truth((1, 9), (FULL, BARE), UP, False)
@@ -46,6 +50,23 @@ def test_truth_survives_the_disk(tmp_path: Path, frame: Frame) -> None:
     assert same(truth.up_camera, UP)
     for found, given in zip(truth.objects, (FULL, BARE), strict=True):
         assert all(same(getattr(found, f.name), getattr(given, f.name)) for f in fields(given))
+
+
+def test_a_boundary_survives_the_disk_and_can_be_seen(tmp_path: Path, frame: Frame) -> None:
+    boundary = torch.zeros(2, 6, 8, dtype=torch.bool)
+    boundary[0, 2, 3] = boundary[1, 2, 3] = boundary[0, 4, 4] = boundary[1, 5, 1] = True
+    write_scene(tmp_path / "a", frame, replace(TRUTH, boundary=boundary), {})
+    assert same(read_truth(tmp_path / "a").boundary, boundary)
+    with Image.open(tmp_path / "a" / "boundary.png") as image:
+        values = np.array(image)
+    assert (values[2, 3], values[4, 4], values[5, 1], values[0, 0]) == (255, 85, 170, 0)
+
+
+def test_a_boundary_of_other_values_is_refused(tmp_path: Path, frame: Frame) -> None:
+    write_scene(tmp_path / "a", frame, TRUTH, {})
+    Image.fromarray(np.full((6, 8), 7, np.uint8)).save(tmp_path / "a" / "boundary.png")
+    with pytest.raises(ValueError, match=r"boundary\.png: must hold 0, 85"):
+        read_truth(tmp_path / "a")
 
 
 def test_a_written_frame_is_read_back_the_same(tmp_path: Path, frame: Frame) -> None:
@@ -121,7 +142,7 @@ def test_scene_folders_are_those_with_a_meta_file_in_order(tmp_path: Path) -> No
 
 
 def test_a_missing_meta_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"meta\.json: No such file"):
+    with pytest.raises(ValueError, match=r"meta\.json: must be a readable file"):
         read_truth(tmp_path)
 
 

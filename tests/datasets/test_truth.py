@@ -17,7 +17,7 @@ SHEARED = [[1, 0.2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
 @pytest.mark.parametrize(
     ("meta", "message"),
     [
-        ([], "must hold a JSON object, but holds a list"),
+        ([], "must be a JSON object, but it is"),
         ({"objects": {"id": 2}}, "objects must be a list"),
         ({"objects": [{"kind": "box"}]}, "entry 0 of objects has no id"),
         ({"objects": [{"id": True}]}, "the id in entry 0 of objects must be label ids"),
@@ -34,6 +34,13 @@ SHEARED = [[1, 0.2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
         ({"objects": [{"id": 2, "pose_camera": SHEARED}]}, "pose_camera of object 2 must be a rotation"),
         ({"objects": [{"id": 2, "supported_by": [5]}]}, "object 2 refers to id 5"),
         ({"objects": [{"id": 2, "falls_if_removed": [2]}]}, "object 2 refers to id 2"),
+        ({"objects": [{"id": 2, "category": 7}]}, "category of object 2 must be a word"),
+        ({"objects": [{"id": 2, "total_pixels": -1}]}, "total_pixels of object 2 must be a whole number"),
+        ({"objects": [{"id": 2, "support_types": ["surface"]}]}, "support_types of object 2 must be one of"),
+        (
+            {"background_ids": [1], "objects": [{"id": 2, "supported_by": [1], "support_types": ["glued"]}]},
+            "for each supporter, but is",
+        ),
         ({"up_camera": [0, 1]}, "up_camera must be finite numbers"),
         ({"support_annotated": "yes"}, "support_annotated must be true or false"),
     ],
@@ -48,7 +55,7 @@ def test_malformed_truth_is_refused_in_one_line(tmp_path: Path, meta: Any, messa
 
 def test_a_file_that_is_no_json_is_named(tmp_path: Path) -> None:
     (tmp_path / "meta.json").write_text("{")
-    with pytest.raises(ValueError, match=r"meta\.json: Expecting"):
+    with pytest.raises(ValueError, match=r"meta\.json: must be JSON"):
         read_truth(tmp_path)
 
 

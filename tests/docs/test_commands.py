@@ -17,7 +17,6 @@ from PIL import Image
 
 from blockstab.batch import parse_all
 from blockstab.cli import ProposalName, SearchName, UpName, app, folder_job
-from blockstab.datasets.simulated import PRESETS
 from blockstab.export import scene_schema
 from blockstab.parser import Parser
 from blockstab.proposals.files import LabelFile
@@ -25,6 +24,7 @@ from blockstab.proposals.watershed import Watershed
 from blockstab.rgbd.frame import read_scene
 from blockstab.scoring import SCORES
 from blockstab.search.stay import Stay
+from blockstab.simulation.presets import PRESETS
 from blockstab.view import given_ground
 from models.checkpoint import check_columns, load_potentials, save_potentials
 from models.examples import ExampleMaker

@@ -64,11 +64,14 @@ def test_without_results_the_page_says_so(tables):
 def test_a_table_tells_its_command_its_scores_and_the_papers(tables, tmp_path):
     file = tmp_path / "blocks_small.json"
     file.write_text(
-        json.dumps(results("blocks_8_seed5", axis_error_deg=2.5, overlap=0.75, stable_share=None))
+        json.dumps(
+            results("blocks_8_seed5_kinect_variety1", axis_error_deg=2.5, overlap=0.75, stable_share=None)
+        )
     )
     text = tables.tables([file])
     assert "## blocks_small" in text
-    assert "data=simulated data.preset=blocks data.count=8 data.seed=5 potentials=mlp seed=3" in text
+    data = "data=simulated data.preset=blocks data.count=8 data.seed=5 data.sensor=kinect data.variety=1"
+    assert f"{data} potentials=mlp seed=3" in text
     assert "| method | axis_error_deg | overlap | overlap in the paper | stable_share |" in text
     assert "| R-Samp | 2.50° [2.49, 2.51] | 75.0 % [74.0, 76.0] | 70.0 % (SOD), 72.3 % (GD)" in text
     assert "|  |" in text

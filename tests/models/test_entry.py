@@ -1,6 +1,7 @@
 import pytest
 import torch
 
+from blockstab.datasets.sets import FolderScenes
 from models.entry import one_line_errors
 from tests.synthetic import BLOCKS, photograph, write_folder
 from train import examples_of
@@ -26,4 +27,4 @@ def test_a_scene_without_labels_is_named_and_not_missed_as_a_file(tmp_path):
         raise ValueError(f"{frame.name} has no label.png")
 
     with pytest.raises(ValueError, match=r"scene has no label\.png"):
-        examples_of(folder, maker, 0, tmp_path)
+        examples_of("scene", FolderScenes(tmp_path), maker, 0, tmp_path)

@@ -1,0 +1,48 @@
+"""Numbers, choices and turns drawn at random from a generator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeVar
+
+import torch
+from torch import Tensor
+
+T = TypeVar("T")
+
+
+def uniform(generator: torch.Generator, low: float, high: float) -> float:
+    """A number between `low` and `high`."""
+    return low + (high - low) * float(torch.rand((), generator=generator, dtype=torch.float64))
+
+
+def twist(generator: torch.Generator, most: float) -> float:
+    """A number from `-most` to `most`."""
+    return uniform(generator, -most, most)
+
+
+def whole(generator: torch.Generator, low: int, high: int) -> int:
+    """A whole number from `low` to `high`, both included."""
+    return int(torch.randint(low, high + 1, (), generator=generator))
+
+
+def chance(generator: torch.Generator, probability: float) -> bool:
+    """True with this probability."""
+    return uniform(generator, 0.0, 1.0) < probability
+
+
+def choice(generator: torch.Generator, items: Sequence[T]) -> T:
+    """One of the items, all equally likely."""
+    return items[whole(generator, 0, len(items) - 1)]
+
+
+def any_turn(generator: torch.Generator) -> Tensor:
+    """A rotation (3, 3), all equally likely: that of a unit quaternion drawn evenly."""
+    q = torch.randn(4, generator=generator, dtype=torch.float64)
+    w, x, y, z = (q / q.norm()).tolist()
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return torch.tensor(rows, dtype=torch.float64)

@@ -1,0 +1,47 @@
+"""The kinds of scenes that can be simulated: the like of the paper's Block, SOD and Grocery sets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import torch
+
+from blockstab.simulation.blocks import arrange_blocks
+from blockstab.simulation.grocery import arrange_grocery
+from blockstab.simulation.objects import arrange_objects
+from blockstab.simulation.solids import Pile
+
+
+@dataclass(frozen=True)
+class Preset:
+    """What makes a scene of one kind.
+
+    Args:
+        arrange: draws a pile, not yet at rest, in the table frame.
+        stacked_share: of a scene's objects stand on another object, at least.
+        setting: what the pile stands on.
+    """
+
+    arrange: Callable[[torch.Generator], Pile]
+    stacked_share: float
+    setting: Literal["table", "shelf"]
+
+
+PRESETS: dict[str, Preset] = {
+    "blocks": Preset(arrange_blocks, 1 / 3, "table"),
+    "objects": Preset(arrange_objects, 0.1, "table"),
+    "grocery": Preset(arrange_grocery, 0.1, "shelf"),
+}
+
+
+def preset(name: str) -> Preset:
+    """The preset of that name.
+
+    Raises:
+        ValueError: there is none.
+    """
+    if name not in PRESETS:
+        raise ValueError(f"There is no preset {name!r}; choose from: {', '.join(PRESETS)}.")
+    return PRESETS[name]

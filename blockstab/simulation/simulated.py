@@ -1,0 +1,151 @@
+"""Simulated scenes with exact truth: settled by physics, seen by ray casting, measured by a depth sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from blockstab.datasets.truth import MIN_VISIBLE_PX, ObjectTruth, Truth
+from blockstab.rgbd.frame import Frame
+from blockstab.simulation.contacts import Contacts, contacts
+from blockstab.simulation.physics import falls, settle
+from blockstab.simulation.presets import Preset, preset
+from blockstab.simulation.rendering import TABLE, Picture, photograph
+from blockstab.simulation.room import furnish
+from blockstab.simulation.sensors import sensor
+from blockstab.simulation.solids import Pile
+from blockstab.simulation.viewpoint import View, draw_view
+from blockstab.stability.support import SupportType
+
+VERSION = 2  # raised whenever the same seed makes another scene than before
+_ATTEMPTS = 50
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What a set of scenes is made from.
+
+    Args:
+        preset: a key of `PRESETS`.
+        seed: not negative.
+        sensor: a key of `SENSORS`.
+        variety: from 0, plain colours under one light, to 1, the full range of materials and lights.
+
+    Raises:
+        ValueError: a name is not known, or a number is out of range.
+    """
+
+    preset: str = "blocks"
+    seed: int = 0
+    sensor: str = "kinect"
+    variety: float = 1.0
+
+    def __post_init__(self) -> None:
+        preset(self.preset)
+        sensor(self.sensor)
+        if self.seed < 0:
+            raise ValueError(f"A seed must not be negative, but is {self.seed}.")
+        if not 0.0 <= self.variety <= 1.0:
+            raise ValueError(f"Variety must lie between 0 and 1, but is {self.variety}.")
+
+    def origin(self, index: int) -> dict[str, Any]:
+        """What scene number `index` comes from, as its meta.json records it."""
+        versions = {name: version(name) for name in ("blockstab", "mujoco")}
+        return {**asdict(self), "index": index, "recipe": VERSION, "versions": versions}
+
+    def generator(self, index: int) -> torch.Generator:
+        """What decides all that is random in scene number `index`."""
+        entropy = np.random.SeedSequence((self.seed, index)).generate_state(1, np.uint64)
+        return torch.Generator().manual_seed(int(entropy[0]))
+
+
+def simulate_scene(recipe: Recipe, index: int) -> tuple[Frame, Truth]:
+    """Scene number `index` of a recipe; the same to the bit whenever it is made on the same machine.
+
+    Returns:
+        The image, and the truth about it. In the label image 1 is the table, 2 and up are the objects, then
+        come the other parts of the room. What carries 5 % of an object's weight or more by contact, friction
+        included, supports it.
+
+    Raises:
+        ModuleNotFoundError: MuJoCo is not installed.
+    """
+    kind, eye, generator = preset(recipe.preset), sensor(recipe.sensor), recipe.generator(index)
+    with _one_thread():
+        pile, held = _resting_pile(kind, generator)
+        view = draw_view(generator, pile, eye, kind.setting)
+        room = furnish(generator, view, pile, kind.setting)
+        name = f"{recipe.preset}_{index:04d}"
+        picture = photograph(name, pile, view, room, eye, recipe.variety, generator)
+        return picture.frame, _truth(pile, held, view, picture)
+
+
+def _resting_pile(kind: Preset, generator: torch.Generator) -> tuple[Pile, Contacts]:
+    """A pile at rest, and who carries whom in it."""
+    for _ in range(_ATTEMPTS):
+        pile = settle(kind.arrange(generator))
+        if pile is None:
+            continue
+        held = contacts(pile)
+        carried = held.type >= 0
+        stacked = carried[:-1].any(dim=0).to(torch.float64).mean()
+        if float(stacked) >= kind.stacked_share and bool(carried.any(dim=0).all()):
+            return pile, held
+    raise RuntimeError(f"None of {_ATTEMPTS} arrangements came to rest with enough of it stacked.")
+
+
+def _truth(pile: Pile, held: Contacts, view: View, picture: Picture) -> Truth:
+    fallen = falls(pile)
+    seen = view.in_camera(pile.boxes())
+    label = picture.frame.label
+    assert label is not None
+    objects = []
+    for i, solid in enumerate(pile.solids):
+        own = i + TABLE + 1
+        pose = torch.eye(4, dtype=torch.float64)
+        pose[:3, :3], pose[:3, 3] = seen.rotation[i], seen.center[i]
+        # The table's row is the last, and its id is the lowest.
+        type_by_id = held.type[:, i].roll(1)
+        supporters = (type_by_id >= 0).nonzero().flatten()
+        objects.append(
+            ObjectTruth(
+                id=own,
+                kind=solid.kind,
+                half_extent=solid.half_extent,
+                pose_camera=pose,
+                supported_by=tuple((supporters + TABLE).tolist()),
+                falls_if_removed=tuple((fallen[i].nonzero().flatten() + TABLE + 1).tolist()),
+                support_types=tuple(SupportType(t).name.lower() for t in type_by_id[supporters].tolist()),
+                category=solid.style,
+                total_pixels=int(picture.total_pixels[i]),
+                hardly_seen=int((label == own).sum()) < MIN_VISIBLE_PX,
+            )
+        )
+    frame = picture.frame
+    return Truth(frame.background_ids, tuple(objects), frame.up_camera, True, boundary_of(picture.surface))
+
+
+def boundary_of(surface: Tensor) -> Tensor:
+    """Where one thing ends and another begins, (2, H, W) bool as in `Truth`, from the things (H, W) seen."""
+    boundary = torch.zeros(2, *surface.shape, dtype=torch.bool)
+    boundary[0, :, :-1] = surface[:, :-1] != surface[:, 1:]
+    boundary[1, :-1] = surface[:-1] != surface[1:]
+    return boundary
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    # Sums may depend on how many threads share them, and scenes must not depend on the number of jobs.
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)

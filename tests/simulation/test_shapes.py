@@ -1,0 +1,59 @@
+"""Solids have the size they say, and the volume worked out for them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import torch
+from torch import Tensor
+
+from blockstab.simulation.engine import world
+from blockstab.simulation.shapes import bottle, bowl, cylinder, l_shape, sphere
+from blockstab.simulation.solids import Part, Solid, box
+from tests.simulation.resting import put
+
+pytest.importorskip("mujoco", reason="the extra `sim` is not installed")
+
+SHAPES = [
+    (box((0.1, 0.05, 0.08)), 8 * 0.1 * 0.05 * 0.08),
+    (cylinder(0.035, 0.05), math.pi * 0.035**2 * 0.1),
+    (sphere(0.04), 4 / 3 * math.pi * 0.04**3),
+    (l_shape((0.06, 0.06, 0.04), 0.03), 0.08 * (0.12 * 0.03 + 0.09 * 0.03)),
+    (
+        bottle(0.04, 0.14),
+        math.pi * 0.04**2 * 0.28 * (0.62 + 0.24 * 0.36**2 + 0.14 * (1 + 0.36 + 0.36**2) / 3),
+    ),
+]
+
+
+def mass(solid: Solid) -> float:
+    model, _ = world(put(solid, 0.0, 1.0))
+    return float(model.body_mass[1])
+
+
+def reach(part: Part) -> Tensor:
+    """Half the size of a part's bounding box along the axes of its solid."""
+    return part.rotation.abs() @ part.half_extent
+
+
+@pytest.mark.parametrize(("solid", "volume"), SHAPES, ids=lambda x: x.kind if isinstance(x, Solid) else "")
+def test_the_engine_weighs_a_shape_by_its_volume(solid: Solid, volume: float) -> None:
+    # A shoulder of 24 corners has 1.1 % less than a round one.
+    assert mass(solid) == pytest.approx(solid.density * volume, rel=0.003)
+
+
+@pytest.mark.parametrize(
+    "solid", [*(solid for solid, _ in SHAPES), bowl(0.08, 0.035)], ids=lambda solid: solid.kind
+)
+def test_the_parts_fill_the_bounding_box(solid: Solid) -> None:
+    low = torch.stack([part.center - reach(part) for part in solid.parts]).amin(dim=0)
+    high = torch.stack([part.center + reach(part) for part in solid.parts]).amax(dim=0)
+    exact = solid.kind not in ("bowl",)
+    assert torch.allclose(low, -solid.half_extent, atol=1e-12 if exact else 0.004)
+    assert torch.allclose(high, solid.half_extent, atol=1e-12 if exact else 0.004)
+
+
+def test_a_bowl_is_hollow() -> None:
+    full = math.pi * 0.08**2 * 0.07
+    assert mass(bowl(0.08, 0.035)) < 0.35 * 1500 * full
