@@ -8,7 +8,7 @@ from blockstab.simulation.placing import side_by_side
 from blockstab.simulation.solids import Pile
 from blockstab.simulation.structures import STRUCTURES
 
-_GOAL, _MOST = (3, 8), 14
+_GOAL, _MOST = (3, 10), 14
 
 
 def arrange_blocks(generator: torch.Generator) -> Pile:

@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from blockstab.convex import hull
 from blockstab.simulation.engine import require_mujoco, world
 from blockstab.simulation.solids import Pile
 from blockstab.stability.support import SupportType
@@ -18,7 +19,6 @@ CARRIES = 0.05  # share of an object's weight from which on another one supports
 _LISTEN_STEPS = 25  # over which forces are averaged
 _STEEP = math.cos(math.radians(20.0))  # the paper's 20 degrees, section 5.2
 _BROAD = 0.005  # metres; a patch of contact that is narrower is an edge or a corner
-_BEARINGS = torch.arange(18, dtype=torch.float64) * (math.pi / 18)
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,18 @@ def _type(heard: _Touches, supporter: int, supported: int) -> SupportType:
     on_top = heard.normal[mine, 1].abs() > _STEEP
     if float(weight[on_top].sum()) <= float(weight[~on_top].sum()):
         return SupportType.SIDE
-    x, z = heard.point[mine][on_top][:, [0, 2]].T
-    along = x[:, None] * _BEARINGS.cos() + z[:, None] * _BEARINGS.sin()
-    narrowest = float((along.amax(dim=0) - along.amin(dim=0)).amin())
-    return SupportType.SURFACE if narrowest > _BROAD else SupportType.PARTIAL
+    patch = heard.point[mine][on_top][:, [0, 2]]
+    return SupportType.SURFACE if _width(patch) > _BROAD else SupportType.PARTIAL
+
+
+def _width(points: Tensor) -> float:
+    """How wide P points (P, 2) spread in the direction in which they spread least."""
+    corners = hull(points[None])
+    corner = corners.vertices[0, : int(corners.count[0])]
+    if len(corner) < 3:
+        return 0.0
+    # A convex polygon is narrowest across one of its sides.
+    side = corner.roll(-1, dims=0) - corner
+    across = torch.stack([-side[:, 1], side[:, 0]], dim=1) / side.norm(dim=1, keepdim=True)
+    reach = across @ corner.T
+    return float((reach.amax(dim=1) - reach.amin(dim=1)).amin())

@@ -66,8 +66,8 @@ def l_shape(
 
 def _stave(radius: float, half_height: float, wall: float, k: int) -> Part:
     """One piece of a bowl's wall: between two angles, from the foot to the rim."""
-    half_angle = math.pi / _STAVES
-    angle = 2 * half_angle * k + torch.tensor([-half_angle, half_angle], dtype=torch.float64)
+    # Two staves meet on each axis, so the rim reaches the sides of its bounding box.
+    angle = 2 * math.pi / _STAVES * torch.tensor([k, k + 1], dtype=torch.float64)
     rings = []
     for outer, height in ((_FOOT * radius, -half_height), (radius, half_height)):
         for reach in (outer - wall, outer):

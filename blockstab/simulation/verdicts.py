@@ -80,7 +80,7 @@ def read_verdict(file: Path) -> Verdict:
         boxes = checked(Boxes(*numbers))
         if moved.shape != (len(boxes),):
             raise ValueError(f"moved needs one verdict for each of {len(boxes)} boxes")
-    except (KeyError, TypeError, ValueError, RuntimeError, IndexError) as error:
+    except (KeyError, TypeError, ValueError, RuntimeError, IndexError, OverflowError) as error:
         raise FrameError(
             f"{file}: must hold boxes and a verdict on each, but {error}; make it anew."
         ) from None

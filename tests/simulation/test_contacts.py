@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 import torch
 from torch import Tensor
@@ -16,7 +18,14 @@ pytest.importorskip("mujoco", reason="the extra `sim` is not installed")
 
 CARRIED = 0.01  # share of a weight; averaged over 0.05 s at rest
 CUBE = box((0.05, 0.05, 0.05))
+ORIGIN = torch.zeros(3, dtype=torch.float64)
 SURFACE, PARTIAL, SIDE = SupportType.SURFACE, SupportType.PARTIAL, SupportType.SIDE
+
+
+def about_y(degrees: float) -> Tensor:
+    """Rotation (3, 3) about +y."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return torch.tensor([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]], dtype=torch.float64)
 
 
 def volume(pile: Pile) -> Tensor:
@@ -69,6 +78,21 @@ def test_a_leaning_plank_has_its_end_on_the_table_and_its_face_on_an_edge() -> N
     assert types(leaning_plank()) == {(-1, 0): SURFACE, (-1, 1): PARTIAL, (0, 1): SIDE}
 
 
+@pytest.mark.parametrize("degrees", [5.0, 17.0, 45.0])
+def test_a_line_of_contact_is_no_surface_whichever_way_it_runs(degrees: float) -> None:
+    # Eight centimetres long, it spans over 5 mm along any direction but the one across it.
+    assert types(leaning_plank().moved(about_y(degrees), ORIGIN))[-1, 1] == PARTIAL
+    base = put(box((0.1, 0.05, 0.1)), 0.0, 0.051)
+    lying = rested(base, put(cylinder(0.035, 0.05), 0.0, 0.137, lean_deg=90.0))
+    assert types(lying.moved(about_y(degrees), ORIGIN)) == {(-1, 0): SURFACE, (0, 1): PARTIAL}
+
+
+@pytest.mark.parametrize(("half_width", "kind"), [(0.002, PARTIAL), (0.003, SURFACE)])
+def test_a_surface_is_broader_than_five_millimetres(half_width: float, kind: SupportType) -> None:
+    slat = put(box((half_width, 0.005, 0.05)), 0.0, 0.0055)
+    assert types(rested(slat).moved(about_y(33.0), ORIGIN)) == {(-1, 0): kind}
+
+
 def test_a_can_on_a_box_has_a_surface_and_a_ball_or_a_lying_can_has_none() -> None:
     base = put(box((0.1, 0.05, 0.1)), 0.0, 0.051)
     assert types(rested(base, put(cylinder(0.035, 0.05), 0.0, 0.152)))[0, 1] == SURFACE
@@ -79,6 +103,13 @@ def test_a_can_on_a_box_has_a_surface_and_a_ball_or_a_lying_can_has_none() -> No
 def test_a_ball_in_a_bowl_is_held_by_it_alone() -> None:
     held = types(rested(put(bowl(0.08, 0.035), 0.0, 0.036), put(sphere(0.03), 0.0, 0.06)))
     assert set(held) == {(-1, 0), (0, 1)}
+
+
+def test_the_same_pile_is_heard_to_the_same_bits() -> None:
+    pile = leaning_plank()
+    first, second = contacts(pile), contacts(pile)
+    assert torch.equal(first.share, second.share)
+    assert torch.equal(first.type, second.type)
 
 
 def test_a_type_is_given_wherever_enough_is_carried_and_nowhere_else() -> None:

@@ -72,6 +72,12 @@ def test_what_still_falls_after_four_seconds_is_not_at_rest() -> None:
     assert settle(put(CUBE, 0.0, 100.0)) is None
 
 
+def test_a_tower_may_be_higher_than_the_table_is_wide() -> None:
+    brick = box((0.08, 0.1, 0.08))
+    pile = rested(*(put(brick, 0.0, 0.1 + 0.2 * k) for k in range(6)))
+    assert float(pile.center[-1, 1]) == pytest.approx(1.1, abs=0.001)
+
+
 def test_what_leaves_the_table_is_lost() -> None:
     assert settle(put(CUBE, 0.6, 0.05)) is None
 

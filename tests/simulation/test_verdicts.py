@@ -57,7 +57,14 @@ def test_some_arrangements_fall_and_some_stand() -> None:
 
 
 @pytest.mark.parametrize(
-    "change", [{"moved": [True]}, {"center": "x"}, {"half_extent": [[0, 0, 0]]}, {"rotation": None}]
+    "change",
+    [
+        {"moved": [True]},
+        {"center": "x"},
+        {"half_extent": [[0, 0, 0]]},
+        {"rotation": None},
+        {"center": [10**400]},
+    ],
 )
 def test_a_damaged_verdict_is_one_line(tmp_path: Path, change: dict[str, object]) -> None:
     (file,) = write_verdicts(tmp_path, 1, seed=5)
