@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Set
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,9 +54,11 @@ def read_record(path: Path, content: bytes) -> Record:
     try:
         record = json.loads(content)
         if isinstance(record, dict) and record.get("format", FORMAT) != FORMAT:
-            raise ValueError(f"it has format {record['format']!r}, but this version reads {FORMAT}")
+            raise ValueError(f"it has format {record['format']!r:.80}, but this version reads {FORMAT}")
         _check_keys("the file", record, {"format", "sha256", "potentials", "provenance"})
         _check_keys("potentials", record["potentials"], _NEEDED, _OPTIONAL)
+        if not re.fullmatch("[0-9a-f]{64}", str(record["sha256"])):
+            raise ValueError(f"sha256 must be 64 hexadecimal digits, but is {record['sha256']!r:.80}")
         if not isinstance(record["provenance"], dict):
             raise ValueError(f"provenance must be an object, but is {record['provenance']!r:.80}")
         potentials = {kind: _empty(kind, given) for kind, given in record["potentials"].items()}
@@ -100,5 +103,7 @@ def _check_keys(
         raise ValueError(f"{where} must be an object, but is {value!r:.80}")
     missing, surplus = sorted(needed - value.keys()), sorted(value.keys() - needed - optional)
     if missing or surplus:
-        raise ValueError(f"{where} must hold {sorted(needed)}: {missing} are missing, {surplus} are unknown")
+        raise ValueError(
+            f"{where} must hold {sorted(needed)}: {missing} are missing, {surplus!r:.80} are unknown"
+        )
     return value

@@ -17,8 +17,8 @@ from PIL import Image
 from torch import Tensor
 
 from blockstab.datasets.truth import LARGEST_ID, ObjectTruth, Truth, parsed_truth
-from blockstab.rgbd.frame import Frame
-from blockstab.rgbd.reading import FrameError, label_file, read_meta
+from blockstab.rgbd.frame import Frame, check_same_size
+from blockstab.rgbd.reading import FrameError, depth_file, label_file, read_meta
 
 META = "meta.json"
 IMAGES = ("color.png", "depth.png", "label.png")
@@ -57,7 +57,9 @@ def _said(file: Path) -> Truth:
 
 
 def _read_boundary(path: Path) -> Tensor:
-    values = torch.from_numpy(np.array(label_file(path).decode())).long()
+    file = label_file(path)
+    check_same_size(file, depth_file(path.with_name("depth.png")))
+    values = torch.from_numpy(np.array(file.decode())).long()
     known = torch.isin(values, torch.tensor([0, _RIGHT, _BELOW, _RIGHT + _BELOW]))
     if not bool(known.all()):
         raise FrameError(

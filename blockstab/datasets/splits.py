@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from reprlib import repr as shown
 from typing import Protocol
 
 import numpy as np
@@ -125,12 +126,13 @@ def scenes_of(data: SceneSet, split: Split, part: str, kept: Path) -> list[str]:
         )
     parts = _parts_in(file)
     if not parts.get(part):
-        raise ValueError(f"{file}: there are no scenes in part {part!r}; choose from: {', '.join(parts)}.")
+        raise ValueError(f"{file}: there are no scenes in part {part!r}; choose from {shown(list(parts))}.")
     known = data.scenes()
     strangers = sorted(set(parts[part]) - set(known))
     if strangers:
         raise FrameError(
-            f"{file}: it must name scenes of {data.name}, but {strangers[0]} is none; remove the file to draw anew."
+            f"{file}: it must name scenes of {data.name}, but {shown(strangers[0])} is none; remove the file to "
+            "draw anew."
         )
     chosen = set(parts[part])
     return [scene for scene in known if scene in chosen]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from reprlib import repr as shown
 from typing import Any
 
 import torch
@@ -78,13 +80,13 @@ def parsed_truth(meta: Mapping[str, Any]) -> Truth:
     if not (isinstance(entries, list) and all(isinstance(e, dict) for e in entries)):
         raise ValueError("objects must be a list of JSON objects")
     objects = tuple(_object(entry, i) for i, entry in enumerate(entries))
-    ids = [o.id for o in objects]
-    repeated = [i for n, i in enumerate(ids) if i in ids[:n] or i in background]
-    if repeated:
-        raise ValueError(f"id {repeated[0]} is given to two objects, or to an object and the background")
+    uses = Counter([*(o.id for o in objects), *set(background)])
+    repeated, used = uses.most_common(1)[0] if uses else (0, 0)
+    if used > 1:
+        raise ValueError(f"id {repeated} is given to two objects, or to an object and the background")
     for o in objects:
-        others = {*ids, *background} - {o.id}
-        strangers = {*(o.supported_by or ()), *(o.falls_if_removed or ())} - others
+        referred = {*(o.supported_by or ()), *(o.falls_if_removed or ())}
+        strangers = {i for i in referred if i not in uses or i == o.id}
         if strangers:
             raise ValueError(
                 f"object {o.id} refers to id {min(strangers)}, no other object and no background"
@@ -92,7 +94,7 @@ def parsed_truth(meta: Mapping[str, Any]) -> Truth:
     complete = bool(objects) and all(o.supported_by is not None for o in objects)
     annotated = meta.get("support_annotated", complete)
     if not isinstance(annotated, bool):
-        raise ValueError(f"support_annotated must be true or false, but is {annotated!r}")
+        raise ValueError(f"support_annotated must be true or false, but is {shown(annotated)}")
     up = None if meta.get("up_camera") is None else _numbers(meta["up_camera"], (3,), "up_camera")
     return Truth(background, objects, up, annotated)
 
@@ -104,7 +106,7 @@ def _object(entry: Mapping[str, Any], position: int) -> ObjectTruth:
     of = f"of object {own}"
     for word in ("kind", "category"):
         if not isinstance(entry.get(word), str | None):
-            raise ValueError(f"{word} {of} must be a word, but is {entry[word]!r}")
+            raise ValueError(f"{word} {of} must be a word, but is {shown(entry[word])}")
     given = {name: value for name, value in entry.items() if value is not None}
     numbers = {
         name: _numbers(given[name], shape, f"{name} {of}")
@@ -112,7 +114,7 @@ def _object(entry: Mapping[str, Any], position: int) -> ObjectTruth:
         if name in given
     }
     if "half_extent" in numbers and not bool((numbers["half_extent"] > 0).all()):
-        raise ValueError(f"half_extent {of} must be positive, but is {given['half_extent']}")
+        raise ValueError(f"half_extent {of} must be positive, but is {shown(given['half_extent'])}")
     if "pose_camera" in numbers and not _is_rigid(numbers["pose_camera"]):
         raise ValueError(f"pose_camera {of} must be a rotation, a shift and a last row 0 0 0 1")
     ids: dict[str, tuple[int, ...]] = {
@@ -142,7 +144,7 @@ def _types(given: Mapping[str, Any], ids: Mapping[str, tuple[int, ...]], of: str
         or not all(t in SUPPORT_TYPES for t in types)
     ):
         raise ValueError(
-            f"support_types {of} must be one of {', '.join(SUPPORT_TYPES)} for each supporter, but is {types!r}"
+            f"support_types {of} must be one of {', '.join(SUPPORT_TYPES)} for each supporter, but is {shown(types)}"
         )
     return tuple(types)
 
@@ -150,7 +152,7 @@ def _types(given: Mapping[str, Any], ids: Mapping[str, tuple[int, ...]], of: str
 def _pixels(given: Mapping[str, Any], of: str) -> int | None:
     count = given.get("total_pixels")
     if count is not None and (type(count) is not int or count < 0):
-        raise ValueError(f"total_pixels {of} must be a whole number from 0, but is {count!r}")
+        raise ValueError(f"total_pixels {of} must be a whole number from 0, but is {shown(count)}")
     return count
 
 
@@ -164,15 +166,17 @@ def _is_rigid(pose: Tensor) -> bool:
 def _ids(value: object, what: str) -> tuple[int, ...]:
     ok = isinstance(value, list) and all(type(i) is int and 0 < i <= LARGEST_ID for i in value)
     if not ok:
-        raise ValueError(f"{what} must be label ids, whole numbers from 1 to {LARGEST_ID}, but is {value!r}")
+        raise ValueError(
+            f"{what} must be label ids, whole numbers from 1 to {LARGEST_ID}, but is {shown(value)}"
+        )
     return tuple(value)  # type: ignore[arg-type]
 
 
 def _numbers(value: object, shape: tuple[int, ...], what: str) -> Tensor:
     try:
         numbers = torch.tensor(value, dtype=torch.float64)
-    except (TypeError, ValueError, RuntimeError):
+    except (TypeError, ValueError, RuntimeError, OverflowError):
         numbers = torch.empty(0, dtype=torch.float64)
     if tuple(numbers.shape) != shape or not bool(numbers.isfinite().all()):
-        raise ValueError(f"{what} must be finite numbers of shape {shape}, but is {value!r}")
+        raise ValueError(f"{what} must be finite numbers of shape {shape}, but is {shown(value)}")
     return numbers

@@ -101,7 +101,7 @@ def read_images(
 
 def _read(color: ImageFile, depth: ImageFile, camera: Camera, unit: object, name: str, source: str) -> Frame:
     """Check what the headers and `source`, which gave the camera and the unit, say; then decode."""
-    _check_same_size(color, depth)
+    check_same_size(color, depth)
     _check_camera(camera, depth, source)
     if not isinstance(unit, str) or unit not in _UNITS_PER_METRE:
         raise FrameError(
@@ -109,7 +109,7 @@ def _read(color: ImageFile, depth: ImageFile, camera: Camera, unit: object, name
             f"state the unit {depth.path.name} is in, or convert it to millimetres."
         )
     metres = np.asarray(depth.decode()).astype(np.float64) / _UNITS_PER_METRE[unit]
-    _check_depth(metres, depth.path, unit)
+    check_depth(metres, depth.path, unit)
     image = color.decode()
     if "transparency" in image.info:
         image = image.convert("RGBA")
@@ -119,11 +119,16 @@ def _read(color: ImageFile, depth: ImageFile, camera: Camera, unit: object, name
 def _read_label(path: Path, depth: ImageFile) -> Tensor:
     """(H, W) int64 instance ids."""
     file = label_file(path)
-    _check_same_size(file, depth)
+    check_same_size(file, depth)
     return torch.from_numpy(np.asarray(file.decode()).astype(np.int64))
 
 
-def _check_same_size(file: ImageFile, depth: ImageFile) -> None:
+def check_same_size(file: ImageFile, depth: ImageFile) -> None:
+    """See that an image lies pixel upon pixel with the depth, by what both headers say.
+
+    Raises:
+        FrameError: it has another size.
+    """
     if (file.width, file.height) != (depth.width, depth.height):
         raise FrameError(
             f"{file.path}: must have the {depth.width} x {depth.height} pixels of {depth.path.name}, but has "
@@ -147,7 +152,16 @@ def _check_camera(camera: Camera, image: ImageFile, source: str) -> None:
             )
 
 
-def _check_depth(metres: NDArray[np.float64], path: Path, unit: str) -> None:
+def check_depth(metres: NDArray[np.float64], path: Path, unit: str) -> None:
+    """See that there is depth, in a unit that can be right.
+
+    Args:
+        metres: (H, W) float64, 0 = missing.
+        path: the file it came from, in `unit`; for messages.
+
+    Raises:
+        FrameError: nothing is valid, or the median lies outside 0.1 to 20 m.
+    """
     valid = metres[metres > 0]
     if not valid.size:
         raise FrameError(

@@ -19,6 +19,7 @@ from PIL.PngImagePlugin import PngImageFile
 from torch import Tensor
 
 _MOST_PIXELS = 64_000_000
+_MOST_DEFLATED = 1032  # bytes that one can stand for (zlib's technical details)
 _MOST_META_BYTES = 16 * 2**20
 _PNG_CHANNELS = {0: "greyscale", 2: "RGB", 3: "palette", 4: "greyscale with alpha", 6: "RGBA"}
 # What Pillow raises on damaged files.
@@ -150,7 +151,18 @@ def _image_file(path: Path, wanted: str, fits: Callable[[ImageFile], bool]) -> I
             f"{path}: must have at most 64 megapixels, but its header says {file.width} x {file.height}; "
             "scale the images down, and the intrinsics with them."
         )
+    _check_bytes(file)
     return file
+
+
+def _check_bytes(file: ImageFile) -> None:
+    """See that a PNG has bytes enough for its pixels, before these take memory."""
+    size = file.path.stat().st_size
+    if file.channels != "JPEG" and size * _MOST_DEFLATED < file.width * file.height * file.bits // 8:
+        raise FrameError(
+            f"{file.path}: must be a whole image, but its {size} bytes cannot hold the {file.width} x {file.height} "
+            "pixels that its header says; copy it again."
+        )
 
 
 def _header(path: Path) -> ImageFile | None:

@@ -62,6 +62,15 @@ def test_a_boundary_survives_the_disk_and_can_be_seen(tmp_path: Path, frame: Fra
     assert (values[2, 3], values[4, 4], values[5, 1], values[0, 0]) == (255, 85, 170, 0)
 
 
+def test_a_boundary_of_another_size_is_refused(tmp_path: Path, frame: Frame) -> None:
+    write_scene(tmp_path / "a", frame, TRUTH, {})
+    Image.fromarray(np.zeros((6, 9), np.uint8)).save(tmp_path / "a" / "boundary.png")
+    with pytest.raises(
+        ValueError, match=r"boundary\.png: must have the 8 x 6 pixels of depth.png, but has 9 x 6"
+    ):
+        read_truth(tmp_path / "a")
+
+
 def test_a_boundary_of_other_values_is_refused(tmp_path: Path, frame: Frame) -> None:
     write_scene(tmp_path / "a", frame, TRUTH, {})
     Image.fromarray(np.full((6, 8), 7, np.uint8)).save(tmp_path / "a" / "boundary.png")

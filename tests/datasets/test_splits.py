@@ -72,13 +72,13 @@ def test_a_split_is_kept_and_read_again_even_if_the_draw_would_be_another(tmp_pa
 def test_a_kept_split_of_other_scenes_is_refused_by_the_name_of_its_file(tmp_path: Path) -> None:
     scenes_of(TWENTY, Whole(), "all", tmp_path)
     with pytest.raises(
-        ValueError, match=r"names_whole\.json: it must name scenes of names, but scene19 is none"
+        ValueError, match=r"names_whole\.json: it must name scenes of names, but 'scene19' is none"
     ):
         scenes_of(Names(TWENTY.names[:19]), Whole(), "all", tmp_path)
 
 
 def test_a_part_that_is_not_there_is_named_with_those_that_are(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="no scenes in part 'all'; choose from: train, test"):
+    with pytest.raises(ValueError, match=r"no scenes in part 'all'; choose from \['train', 'test'\]"):
         scenes_of(TWENTY, Halves(), "all", tmp_path)
 
 
@@ -89,6 +89,16 @@ def test_a_damaged_split_file_is_one_line(tmp_path: Path, text: str) -> None:
     (tmp_path / "names_whole.json").write_text(text)
     with pytest.raises(ValueError, match=r"names_whole\.json"):
         scenes_of(TWENTY, Whole(), "all", tmp_path)
+
+
+@pytest.mark.parametrize("name", ["x" * 1000, "two\nlines", "\0"])
+def test_a_strange_name_in_a_split_file_stays_a_short_line(tmp_path: Path, name: str) -> None:
+    (tmp_path / "names_whole.json").write_text(json.dumps({"parts": {"all": [name], name: []}}))
+    for part in ("all", "test"):
+        with pytest.raises(ValueError, match=r"names_whole\.json") as caught:
+            scenes_of(TWENTY, Whole(), part, tmp_path)
+        assert str(caught.value).isprintable()
+        assert len(str(caught.value)) < len(str(tmp_path)) + 200
 
 
 def test_a_set_s_name_with_slashes_and_spaces_stays_in_the_folder(tmp_path: Path) -> None:

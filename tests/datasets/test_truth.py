@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,9 @@ SHEARED = [[1, 0.2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
         ({"objects": [{"id": 2, "half_extent": [1, 2, "x"]}]}, "half_extent of object 2"),
         ({"objects": [{"id": 2, "half_extent": [1, 2, 0]}]}, "half_extent of object 2 must be positive"),
         ({"objects": [{"id": 2, "half_extent": [1, 2, float("nan")]}]}, "must be finite"),
+        ({"objects": [{"id": 2, "half_extent": [1, 2, 10**400]}]}, "must be finite"),
+        ({"objects": [{"id": 2, "half_extent": ["x" * 10**5]}]}, "half_extent of object 2"),
+        ({"objects": [{"id": 2, "kind": ["x"] * 10**5}]}, "kind of object 2 must be a word"),
         ({"objects": [{"id": 2, "pose_camera": [[1, 0], [0, 1]]}]}, "pose_camera of object 2"),
         ({"objects": [{"id": 2, "pose_camera": SHEARED}]}, "pose_camera of object 2 must be a rotation"),
         ({"objects": [{"id": 2, "supported_by": [5]}]}, "object 2 refers to id 5"),
@@ -51,6 +55,14 @@ def test_malformed_truth_is_refused_in_one_line(tmp_path: Path, meta: Any, messa
         read_truth(tmp_path)
     assert str(caught.value).startswith(f"{tmp_path / 'meta.json'}: ")
     assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < len(str(tmp_path)) + 200
+
+
+def test_as_many_objects_as_there_are_ids_are_checked_in_seconds() -> None:
+    objects = [{"id": i, "supported_by": [i - 1]} for i in range(2, 65536)]
+    start = time.process_time()
+    assert len(parsed_truth({"background_ids": [1], "objects": objects}).objects) == 65534
+    assert time.process_time() - start < 2
 
 
 def test_a_file_that_is_no_json_is_named(tmp_path: Path) -> None:

@@ -174,7 +174,11 @@ def test_a_malformed_record_is_refused(text, saved):
         (lambda r: r.update(more=1), r"\['more'\] are unknown"),
         (lambda r: r.pop("provenance"), r"\['provenance'\] are missing"),
         (lambda r: r.update(provenance=[]), "provenance must be an object"),
-        (lambda r: r.update(sha256=7), "its SHA-256 is"),
+        (lambda r: r.update(sha256="0" * 64), "its SHA-256 is"),
+        (lambda r: r.update(sha256=7), "sha256 must be 64 hexadecimal digits, but is 7"),
+        (lambda r: r.update(sha256="two\nlines"), "sha256 must be 64 hexadecimal digits, but is 'two"),
+        (lambda r: r.update(format="x" * 10**5), "format 'xxx.*, but this version reads 1"),
+        (lambda r: r.update({"x" * 10**5: 1}), "are unknown"),
         (lambda r: r["potentials"].pop("pairwise"), r"\['pairwise'\] are missing"),
         (lambda r: r["potentials"].update(third={}), r"\['third'\] are unknown"),
         (lambda r: r["potentials"].update(unary=[]), r"unary must be an object"),
@@ -213,6 +217,7 @@ def test_a_record_that_lies_is_refused(change, message, saved):
         load_potentials(saved)
     assert "mine." in str(caught.value)
     assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < len(str(saved)) + 300
 
 
 @pytest.mark.parametrize(

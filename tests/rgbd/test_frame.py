@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -246,6 +247,19 @@ def test_an_image_over_64_megapixels_is_refused_by_its_header_alone(scene, name)
     header = struct.pack(">IIBB", 8001, 8000, bits, channels)
     (scene.path / name).write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR" + header)
     with pytest.raises(FrameError, match=rf"{name}: must have at most 64 megapixels.*8001 x 8000; scale"):
+        read_scene(scene.path)
+
+
+def test_an_image_too_large_for_its_bytes_is_refused_before_it_is_decoded(scene):
+    path = scene.image("depth.png", DEPTH)
+    data = bytearray(path.read_bytes())
+    data[16:24] = struct.pack(">II", 8000, 8000)
+    data[29:33] = struct.pack(">I", zlib.crc32(data[12:29]))
+    path.write_bytes(data)
+    scene.image("color.png", np.zeros((8000, 8000), dtype=np.uint8))  # as well packed as can be, and sound
+    with pytest.raises(
+        FrameError, match=rf"depth.png: .* its {len(data)} bytes cannot hold the 8000 x 8000 pix"
+    ):
         read_scene(scene.path)
 
 
