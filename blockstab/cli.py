@@ -15,6 +15,7 @@ from blockstab.batch import Job, parse_all
 from blockstab.datasets.folder import IMAGES, META
 from blockstab.datasets.sets import stamp_of_files
 from blockstab.parser import Parser, Potentials
+from blockstab.percept import estimated_ground, given_ground
 from blockstab.proposals import Proposal
 from blockstab.proposals.felzenszwalb import Felzenszwalb
 from blockstab.proposals.files import LabelFile
@@ -24,7 +25,6 @@ from blockstab.search import Search
 from blockstab.search.greedy import Greedy
 from blockstab.search.rsamp import RSamp
 from blockstab.search.stay import Stay
-from blockstab.view import estimated_ground, given_ground
 
 app = typer.Typer(
     help="Understand RGB-D images as things that stand.",

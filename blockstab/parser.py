@@ -17,6 +17,7 @@ from blockstab.features.pairwise import boundaries
 from blockstab.features.unary import unary_features
 from blockstab.interpretation import Interpreter
 from blockstab.parsed import Parsed
+from blockstab.percept import GroundFinder, estimated_ground, perceive
 from blockstab.proposals import Proposal
 from blockstab.reasoning import Rules
 from blockstab.rgbd.frame import Frame
@@ -25,7 +26,7 @@ from blockstab.segments.atoms import Atoms
 from blockstab.segments.hierarchy import build_hierarchy, split
 from blockstab.segments.segmentation import Segment, Segmentation
 from blockstab.stability.removal import falls_if_removed
-from blockstab.view import GroundFinder, View, estimated_ground, make_view
+from blockstab.view import View, make_view
 
 MIN_SEGMENT_PX = 100  # no split leaves a smaller part: so few points say little about a box
 
@@ -90,7 +91,7 @@ class Parser:
         """Understand one image."""
         seconds: dict[str, float] = {}
         with _timed(seconds, "segments"):
-            view = make_view(frame, self.proposal, self.ground_of)
+            view = make_view(perceive(frame, self.ground_of), self.proposal)
         with _timed(seconds, "search"):
             problem = self.problem(view)
             generator = torch.Generator().manual_seed(self.seed)

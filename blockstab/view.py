@@ -3,28 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import torch
 from torch import Tensor
 
+from blockstab.percept import Percept
 from blockstab.proposals import Proposal, Proposed
-from blockstab.rgbd.cloud import Cloud, cloud_from_frame
+from blockstab.rgbd.cloud import Cloud
 from blockstab.rgbd.frame import Frame
-from blockstab.rgbd.ground import Ground, estimate_ground, ground_from_up
+from blockstab.rgbd.ground import Ground
 from blockstab.rgbd.sight import Sight
-from blockstab.segments.atoms import Atoms, join, make_atoms, over_segment
-from blockstab.segments.boundaries import boundary_strength
+from blockstab.segments.atoms import Atoms, join, make_atoms
 from blockstab.segments.segmentation import Segmentation
-
-
-class GroundFinder(Protocol):
-    """A named function from an image and its points to the ground."""
-
-    @property
-    def __name__(self) -> str: ...
-
-    def __call__(self, frame: Frame, cloud: Cloud, /) -> Ground: ...
 
 
 @dataclass(frozen=True)
@@ -53,42 +43,21 @@ class View:
         return Sight(self.frame.depth, self.frame.camera, self.ground.world_from_camera)
 
 
-def estimated_ground(frame: Frame, cloud: Cloud) -> Ground:
-    """The ground as the image shows it."""
-    return estimate_ground(cloud)
-
-
-def given_ground(frame: Frame, cloud: Cloud) -> Ground:
-    """The ground for the up direction that the scene's `meta.json` gives.
-
-    Raises:
-        ValueError: if it gives none.
-    """
-    if frame.up_camera is None:
-        raise ValueError(f"{frame.name} has no `up_camera` in its meta.json; let it be estimated.")
-    return ground_from_up(cloud, frame.up_camera)
-
-
-def make_view(frame: Frame, proposal: Proposal, ground_of: GroundFinder) -> View:
+def make_view(percept: Percept, proposal: Proposal) -> View:
     """Prepare an image for understanding.
 
     Raises:
         ValueError: if the proposal leaves no region with depth.
     """
-    cloud = cloud_from_frame(frame)
-    ground = ground_of(frame, cloud)
-    cloud = cloud.rotated(ground.world_from_camera)
-    proposed = proposal(frame, cloud, ground)
-    strength = boundary_strength(frame, cloud)
-    fine = over_segment(strength, cloud.valid)
+    proposed, fine, cloud = proposal(percept), percept.fine, percept.cloud
     label = torch.where(fine > 0, proposed.label, 0)
     partition = _with_depth(join(fine, label), cloud.valid)
     if not bool(partition.any()):
-        raise ValueError(f"{frame.name}: the proposal leaves no region with depth.")
-    atoms = make_atoms(partition, strength)
+        raise ValueError(f"{percept.frame.name}: the proposal leaves no region with depth.")
+    atoms = make_atoms(partition, percept.boundaries.strength)
     label = torch.where(atoms.label > 0, label, 0)
     start = Segmentation.from_labels(atoms, label)
-    return View(frame, cloud, ground, atoms, start, label, _known(atoms, label, proposed))
+    return View(percept.frame, cloud, percept.ground, atoms, start, label, _known(atoms, label, proposed))
 
 
 def _with_depth(partition: Tensor, valid: Tensor) -> Tensor:

@@ -13,6 +13,7 @@ from blockstab.features.merging import MERGE_COLUMNS
 from blockstab.features.pairwise import PAIRWISE_COLUMNS, boundaries, pairwise_features
 from blockstab.features.unary import UNARY_COLUMNS, unary_features
 from blockstab.interpretation import Interpreter
+from blockstab.percept import estimated_ground, perceive
 from blockstab.proposals import Proposal
 from blockstab.proposals.files import LabelFile
 from blockstab.reasoning import Rules
@@ -20,7 +21,7 @@ from blockstab.rgbd.frame import Frame
 from blockstab.scene import Scene
 from blockstab.search.greedy import merge_rows, pairs_of
 from blockstab.segments.hierarchy import build_hierarchy, split
-from blockstab.view import View, estimated_ground, make_view
+from blockstab.view import View, make_view
 from models.overlap import Overlap
 from models.spoiling import spoil
 
@@ -80,7 +81,8 @@ class ExampleMaker:
         """
         if frame.label is None:
             raise ValueError(f"{frame.name} has no label.png; training needs the true segments.")
-        views = [make_view(frame, proposal, estimated_ground) for proposal in (LabelFile(), self.proposal)]
+        percept = perceive(frame, estimated_ground)
+        views = [make_view(percept, proposal) for proposal in (LabelFile(), self.proposal)]
         return joined([self._of_view(view, frame.label, generator) for view in views])
 
     def _of_view(self, view: View, label: Tensor, generator: torch.Generator) -> Examples:

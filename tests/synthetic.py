@@ -14,12 +14,13 @@ from torch import Tensor
 
 from blockstab.boxes.box import Boxes
 from blockstab.interpretation import Interpreter, Rules
+from blockstab.percept import given_ground, perceive
 from blockstab.proposals import Proposal
 from blockstab.proposals.files import LabelFile
 from blockstab.rgbd.frame import Camera, Frame
 from blockstab.segments.hierarchy import build_hierarchy, split
 from blockstab.segments.segmentation import Segmentation
-from blockstab.view import View, given_ground, make_view
+from blockstab.view import View, make_view
 from models.spoiling import spoil
 from tests.worlds import Block, build
 
@@ -107,7 +108,7 @@ def _entry(box: Boxes, rays: Tensor) -> Tensor:
 
 def view_of(photo: Photograph, proposal: Proposal | None = None) -> View:
     """The photograph made ready, its true labels as the first segmentation."""
-    return make_view(photo.frame, proposal or LabelFile(), given_ground)
+    return make_view(perceive(photo.frame, given_ground), proposal or LabelFile())
 
 
 def interpreter(view: View, rules: Rules | None = None) -> Interpreter:

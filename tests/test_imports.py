@@ -18,6 +18,7 @@ ORDER = (
         "convex",
         "rgbd",
         "segments",
+        "boundaries",
         "boxes",
         "stability",
         "scene",
@@ -25,7 +26,7 @@ ORDER = (
         "reasoning",
         "interpretation",
     ),
-    *("features", "proposals", "energy", "search", "parsed", "view", "parser"),
+    *("features", "percept", "proposals", "energy", "search", "parsed", "view", "parser"),
     *("draw", "figures", "report", "export", "batch"),
     *("metrics", "datasets", "simulation", "scoring", "cli"),
 )

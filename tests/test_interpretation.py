@@ -13,9 +13,9 @@ from torch import Tensor
 from blockstab.boxes.background import BackgroundRules
 from blockstab.convex import Polygons
 from blockstab.interpretation import Interpreter
+from blockstab.percept import given_ground, perceive
 from blockstab.proposals.watershed import Watershed
 from blockstab.reasoning import Rules
-from blockstab.rgbd.ground import ground_from_up
 from blockstab.scene import Scene
 from blockstab.segments.segmentation import Segmentation
 from blockstab.stability.support import GROUND, SupportType, tilt
@@ -244,7 +244,7 @@ def test_an_atom_without_depth_is_refused():
 
 def test_the_thresholds_of_background_are_those_given():
     photo = photograph(*BLOCKS)
-    view = make_view(photo.frame, Watershed(), lambda frame, cloud: ground_from_up(cloud, frame.up_camera))
+    view = make_view(perceive(photo.frame, given_ground), Watershed())
     unknown = replace(view, known=torch.full_like(view.known, -1))
     nothing = Rules(background=BackgroundRules(plane_share=1.1))
     assert not bool(interpreter(unknown, nothing)([view.start])[0].background.any())

@@ -14,6 +14,7 @@ from blockstab.export import scene_record, scene_schema, write_parsed
 from blockstab.features.unary import unary_features
 from blockstab.parsed import Parsed
 from blockstab.parser import Parser
+from blockstab.percept import estimated_ground, given_ground, perceive
 from blockstab.proposals import Proposed
 from blockstab.proposals.felzenszwalb import Felzenszwalb
 from blockstab.proposals.files import LabelFile
@@ -22,7 +23,7 @@ from blockstab.rgbd.frame import Frame
 from blockstab.search.greedy import Greedy
 from blockstab.search.rsamp import RSamp
 from blockstab.search.stay import Stay
-from blockstab.view import estimated_ground, given_ground, make_view
+from blockstab.view import make_view
 from tests.synthetic import BLOCKS, photograph
 from tests.tolerance import EXACT
 from tests.toy_potentials import toy_potentials
@@ -181,7 +182,7 @@ def test_one_segment_alone_is_understood(frame):
 
 def test_a_proposal_of_the_users_own_needs_no_more_than_to_be_called(frame):
     class Halves:
-        def __call__(self, frame, cloud, ground):
+        def __call__(self, percept):
             columns = torch.arange(frame.depth.shape[1]).expand_as(frame.depth)
             return Proposed(1 + (columns >= frame.depth.shape[1] // 2).long())
 
@@ -190,8 +191,9 @@ def test_a_proposal_of_the_users_own_needs_no_more_than_to_be_called(frame):
 
 
 def test_every_proposed_region_is_a_set_of_atoms(frame):
+    percept = perceive(frame, estimated_ground)
     for proposal in (LabelFile(), Watershed(), Felzenszwalb()):
-        view = make_view(frame, proposal, estimated_ground)
+        view = make_view(percept, proposal)
         painted = view.start.labels(view.atoms)
         inside = painted > 0
         assert torch.equal(inside, view.label > 0)

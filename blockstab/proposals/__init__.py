@@ -8,9 +8,7 @@ from typing import Protocol
 
 from torch import Tensor
 
-from blockstab.rgbd.cloud import Cloud
-from blockstab.rgbd.frame import Frame
-from blockstab.rgbd.ground import Ground
+from blockstab.percept import Percept
 
 
 @dataclass(frozen=True)
@@ -29,13 +27,11 @@ class Proposed:
 class Proposal(Protocol):
     """Anything that divides an image into regions: a class with its settings, called once per image."""
 
-    def __call__(self, frame: Frame, cloud: Cloud, ground: Ground) -> Proposed:
+    def __call__(self, percept: Percept) -> Proposed:
         """Divide the image.
 
         Args:
-            frame: the image.
-            cloud: its points, in the world frame.
-            ground: the ground plane, and which way is up.
+            percept: the image, its points in the world frame, the ground, boundaries and atoms.
 
         Convention:
             The same image gives the same regions, bit for bit, in any process.

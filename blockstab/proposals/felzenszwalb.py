@@ -9,10 +9,8 @@ import torch
 from skimage.segmentation import felzenszwalb
 from torch import Tensor
 
+from blockstab.percept import Percept
 from blockstab.proposals import Proposed
-from blockstab.rgbd.cloud import Cloud
-from blockstab.rgbd.frame import Frame
-from blockstab.rgbd.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -37,9 +35,10 @@ class Felzenszwalb:
                 f"Scale and depth_m must be above 0, but are {self.scale} and {self.depth_m}; raise them."
             )
 
-    def __call__(self, frame: Frame, cloud: Cloud, ground: Ground) -> Proposed:
+    def __call__(self, percept: Percept) -> Proposed:
         """Divide the image; pixels without depth belong to no region."""
-        color = frame.color.double() / 255.0
+        cloud = percept.cloud
+        color = percept.frame.color.double() / 255.0
         channels = torch.cat([color, cloud.normals, cloud.depth[..., None] / self.depth_m], dim=2)
         with warnings.catch_warnings():
             # More than three channels make scikit-image suspect a volume.

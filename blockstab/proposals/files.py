@@ -9,10 +9,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from blockstab.percept import Percept
 from blockstab.proposals import Proposed
-from blockstab.rgbd.cloud import Cloud
 from blockstab.rgbd.frame import Frame
-from blockstab.rgbd.ground import Ground
 from blockstab.rgbd.reading import label_file
 
 
@@ -27,13 +26,14 @@ class LabelFile:
 
     path: str | Path | None = None
 
-    def __call__(self, frame: Frame, cloud: Cloud, ground: Ground) -> Proposed:
+    def __call__(self, percept: Percept) -> Proposed:
         """Read the regions.
 
         Raises:
             ValueError: if the file is not such an image or has not the size of the frame; or, without a path,
                 if the scene has no labels.
         """
+        frame = percept.frame
         if self.path is not None:
             return Proposed(_read(Path(self.path), frame))
         if frame.label is None:

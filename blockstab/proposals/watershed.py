@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from blockstab.percept import Percept
 from blockstab.proposals import Proposed
 from blockstab.rgbd.cloud import SENSOR_STEP, Cloud
-from blockstab.rgbd.frame import Frame
 from blockstab.rgbd.ground import Ground
-from blockstab.segments.atoms import absorb_small, join, make_atoms, over_segment
-from blockstab.segments.boundaries import boundary_strength
+from blockstab.segments.atoms import absorb_small, join, make_atoms
 from blockstab.segments.hierarchy import build_hierarchy
 
 GROUND_ID = 1
@@ -45,11 +44,10 @@ class Watershed:
                 "choose one in between, lower for smaller regions."
             )
 
-    def __call__(self, frame: Frame, cloud: Cloud, ground: Ground) -> Proposed:
+    def __call__(self, percept: Percept) -> Proposed:
         """Divide the image."""
-        strength = boundary_strength(frame, cloud)
-        fine = over_segment(strength, cloud.valid)
-        floor = _on_ground(cloud, ground) & (fine > 0)
+        strength, fine = percept.boundaries.strength, percept.fine
+        floor = _on_ground(percept.cloud, percept.ground) & (fine > 0)
         if int(floor.sum()) < self.least_px:
             return Proposed(self._without_small(self._merged(fine, strength), strength))
         parts = join(fine, torch.where(floor, GROUND_ID, 2 * (fine > 0)))

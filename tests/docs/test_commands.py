@@ -25,7 +25,7 @@ from blockstab.rgbd.frame import read_scene
 from blockstab.scoring import SCORES
 from blockstab.search.stay import Stay
 from blockstab.simulation.presets import PRESETS
-from blockstab.view import given_ground
+from blockstab.percept import given_ground
 from models.checkpoint import check_columns, load_potentials, save_potentials
 from models.examples import ExampleMaker
 from tests.docs.pages import DOCS, PAGES, ROOT, blocks, commands, composed

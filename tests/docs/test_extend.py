@@ -55,7 +55,7 @@ def test_the_code_of_the_page_runs(mine):
 def test_the_proposal_of_the_page_finds_the_blocks(mine):
     proposal = instantiate(composed("train", ["proposals=islands"], mine).proposals)
     scene = picture(STACK)
-    proposed = proposal(scene.frame, scene.cloud, scene.ground)
+    proposed = proposal(scene.percept)
     stands_out = scene.cloud.points[..., 1] > scene.ground.height + 0.03
     assert set(proposed.label[stands_out].tolist()) == {2}
     assert set(proposed.known) <= set(proposed.label.unique().tolist()) - {0}

@@ -34,7 +34,7 @@ def scene(request: pytest.FixtureRequest) -> Picture:
 
 
 def test_convention_label_image(proposal: Proposal, scene: Picture) -> None:
-    label = proposal(scene.frame, scene.cloud, scene.ground).label
+    label = proposal(scene.percept).label
     assert label.dtype == torch.int64
     assert label.shape == scene.frame.depth.shape
     assert int(label.min()) >= 0
@@ -42,20 +42,20 @@ def test_convention_label_image(proposal: Proposal, scene: Picture) -> None:
 
 
 def test_the_same_picture_gives_the_same_regions(proposal: Proposal, scene: Picture) -> None:
-    one = proposal(scene.frame, scene.cloud, scene.ground)
-    other = proposal(scene.frame, scene.cloud, scene.ground)
+    one = proposal(scene.percept)
+    other = proposal(scene.percept)
     assert torch.equal(one.label, other.label)
     assert one.known == other.known
 
 
 def test_what_is_known_is_known_of_regions_that_exist(proposal: Proposal, scene: Picture) -> None:
-    proposed = proposal(scene.frame, scene.cloud, scene.ground)
+    proposed = proposal(scene.percept)
     assert set(proposed.known) <= set(proposed.label.unique().tolist()) - {0}
 
 
 def test_nothing_it_is_given_changes(proposal: Proposal, scene: Picture) -> None:
     before = [getattr(part, f.name) for part in (scene.frame, scene.cloud) for f in fields(part)]
     copies = [value.clone() if torch.is_tensor(value) else value for value in before]
-    proposal(scene.frame, scene.cloud, scene.ground)
+    proposal(scene.percept)
     for value, copy in zip(before, copies, strict=True):
         assert torch.equal(value, copy) if torch.is_tensor(value) else value == copy

@@ -14,14 +14,14 @@ def test_pixels_without_depth_belong_to_no_region() -> None:
     scene = picture(APART)
     scene.frame.depth[50:80, 200:240] = 0.0
     scene.cloud.valid[50:80, 200:240] = False
-    label = Felzenszwalb()(scene.frame, scene.cloud, scene.ground).label
+    label = Felzenszwalb()(scene.percept).label
     assert ((label > 0) == scene.cloud.valid).all()
 
 
 def test_a_larger_scale_gives_fewer_regions() -> None:
     scene = picture(APART)
     counts = [
-        len(Felzenszwalb(scale)(scene.frame, scene.cloud, scene.ground).label.unique())
+        len(Felzenszwalb(scale)(scene.percept).label.unique())
         for scale in (10.0, 10000.0)
     ]
     assert counts[0] > counts[1]
@@ -31,7 +31,7 @@ def test_it_runs_without_a_warning() -> None:
     scene = picture(APART)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        Felzenszwalb()(scene.frame, scene.cloud, scene.ground)
+        Felzenszwalb()(scene.percept)
 
 
 @pytest.mark.parametrize("wrong", [{"scale": 0.0}, {"depth_m": -1.0}])

@@ -1,0 +1,73 @@
+"""What an image shows before any thought about objects: points, ground, boundaries, planes, atoms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from torch import Tensor
+
+from blockstab.boundaries import BoundaryMap
+from blockstab.rgbd.cloud import Cloud, cloud_from_frame
+from blockstab.rgbd.frame import Frame
+from blockstab.rgbd.ground import Ground, estimate_ground, ground_from_up
+from blockstab.segments.atoms import over_segment
+from blockstab.segments.boundaries import boundary_strength
+
+
+class GroundFinder(Protocol):
+    """A named function from an image and its points to the ground."""
+
+    @property
+    def __name__(self) -> str: ...
+
+    def __call__(self, frame: Frame, cloud: Cloud, /) -> Ground: ...
+
+
+@dataclass(frozen=True)
+class Percept:
+    """An image, and all that is computed of it once, for proposals, features and searches alike.
+
+    Args:
+        frame: the image.
+        cloud: its points, in the world frame.
+        ground: the ground plane, and which way is up.
+        boundaries: how likely each pixel is to lie between two objects.
+        fine: (H, W) int64 the over-segmentation: 0 = none, parts from 1, each 4-connected.
+    """
+
+    frame: Frame
+    cloud: Cloud
+    ground: Ground
+    boundaries: BoundaryMap
+    fine: Tensor
+
+
+def estimated_ground(frame: Frame, cloud: Cloud) -> Ground:
+    """The ground as the image shows it."""
+    return estimate_ground(cloud)
+
+
+def given_ground(frame: Frame, cloud: Cloud) -> Ground:
+    """The ground for the up direction that the scene's `meta.json` gives.
+
+    Raises:
+        ValueError: if it gives none.
+    """
+    if frame.up_camera is None:
+        raise ValueError(f"{frame.name} has no `up_camera` in its meta.json; let it be estimated.")
+    return ground_from_up(cloud, frame.up_camera)
+
+
+def perceive(frame: Frame, ground_of: GroundFinder) -> Percept:
+    """Look at an image."""
+    cloud = cloud_from_frame(frame)
+    ground = ground_of(frame, cloud)
+    return percept_of(frame, cloud.rotated(ground.world_from_camera), ground)
+
+
+def percept_of(frame: Frame, cloud: Cloud, ground: Ground) -> Percept:
+    """The boundaries and parts of an image whose points, in the world frame, and ground are known."""
+    strength = boundary_strength(frame, cloud)
+    boundaries = BoundaryMap(strength.expand(4, -1, -1), strength)
+    return Percept(frame, cloud, ground, boundaries, over_segment(strength, cloud.valid))
