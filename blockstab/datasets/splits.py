@@ -112,7 +112,7 @@ class Folds:
 def scenes_of(data: SceneSet, split: Split, part: str, kept: Path) -> list[str]:
     """The scenes of one part of a split, in the order of the set.
 
-    The split is read from `kept/<set>_<split>.json`, which is written when it is first asked for.
+    The split is read from `kept/<set>_<split>.json`, which is written, the folder too, when it is first asked for.
 
     Raises:
         ValueError: there is no such part, or it is empty.
@@ -121,6 +121,7 @@ def scenes_of(data: SceneSet, split: Split, part: str, kept: Path) -> list[str]:
     file = kept / f"{data.name}_{split.name}.json".replace("/", "-").replace(" ", "_")
     if not file.exists():
         drawn = {name: list(scenes) for name, scenes in split(data).items()}
+        kept.mkdir(parents=True, exist_ok=True)
         write_whole(
             file, (json.dumps({"set": data.name, "split": split.name, "parts": drawn}, indent=1)).encode()
         )

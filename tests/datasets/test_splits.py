@@ -59,14 +59,15 @@ def test_the_official_split_is_the_set_s_own_and_its_absence_is_said() -> None:
 
 
 def test_a_split_is_kept_and_read_again_even_if_the_draw_would_be_another(tmp_path: Path) -> None:
-    first = scenes_of(TWENTY, Halves(seed=1), "train", tmp_path)
-    (file,) = tmp_path.iterdir()
+    kept_in = tmp_path / "not" / "there yet"
+    first = scenes_of(TWENTY, Halves(seed=1), "train", kept_in)
+    (file,) = kept_in.iterdir()
     assert file.name == "names_halves_seed1_together1.json"
     kept = json.loads(file.read_text())
     assert kept["parts"]["train"] == first
     kept["parts"]["train"] = first[:3]
     file.write_text(json.dumps(kept))
-    assert scenes_of(TWENTY, Halves(seed=1), "train", tmp_path) == first[:3]
+    assert scenes_of(TWENTY, Halves(seed=1), "train", kept_in) == first[:3]
 
 
 def test_a_kept_split_of_other_scenes_is_refused_by_the_name_of_its_file(tmp_path: Path) -> None:
