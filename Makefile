@@ -26,7 +26,7 @@ demo: $(STAMP)
 	$(BIN)/blockstab simulate --preset blocks --count 12 --seed 2 --jobs $(JOBS) --out $(DEMO)/test
 	$(BIN)/python train.py potential=svm data=folder data.root=$(DEMO)/train output=$(DEMO)/svm cache=$(DEMO)/examples jobs=$(JOBS)
 	$(BIN)/python train.py potential=mlp data=folder data.root=$(DEMO)/train output=$(DEMO)/mlp cache=$(DEMO)/examples jobs=$(JOBS)
-	$(BIN)/blockstab parse $(DEMO)/test/* --potentials $(DEMO)/mlp.json --jobs $(JOBS) --out $(DEMO)/parsed
+	$(BIN)/blockstab parse $(DEMO)/test/*/ --potentials $(DEMO)/mlp.json --jobs $(JOBS) --out $(DEMO)/parsed
 	$(BIN)/python evaluate.py experiment=blocks data=folder data.root=$(DEMO)/test potentials=$(DEMO)/mlp.json out=$(DEMO)/evaluation jobs=$(JOBS)
 	@echo "Look at the reports: $(DEMO)/parsed/*/report.html"
 

@@ -5,14 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+import torch
 from torch import Tensor
 
 from blockstab.boundaries import BoundaryMap
-from blockstab.rgbd.cloud import Cloud, cloud_from_frame
+from blockstab.rgbd.cloud import SENSOR_STEP, Cloud, cloud_from_frame
 from blockstab.rgbd.frame import Frame
 from blockstab.rgbd.ground import Ground, estimate_ground, ground_from_up
 from blockstab.segments.atoms import over_segment
 from blockstab.segments.boundaries import boundary_strength
+
+_FLAT = 0.9  # cosine to up, of a normal that belongs to the ground
+_FLAT_REACH = (0.01, 2.0)  # metres and sensor steps, the larger: how far from the ground such a pixel may lie
+_REACH = (0.003, 1.0)  # and any other pixel, for at the foot of an object few normals are right
 
 
 class GroundFinder(Protocol):
@@ -41,6 +46,21 @@ class Percept:
     ground: Ground
     boundaries: BoundaryMap
     fine: Tensor
+
+    @property
+    def on_ground(self) -> Tensor:
+        """(H, W) bool: measured pixels in the ground plane; none where its height is unknown."""
+        if self.ground.height is None:
+            return torch.zeros_like(self.cloud.valid)
+        step = SENSOR_STEP * self.cloud.depth**2
+        height = (self.cloud.points[..., 1] - self.ground.height).abs()
+        flat = self.cloud.normals[..., 1] > _FLAT
+        reach = torch.where(
+            flat,
+            (_FLAT_REACH[1] * step).clamp(min=_FLAT_REACH[0]),
+            (_REACH[1] * step).clamp(min=_REACH[0]),
+        )
+        return self.cloud.valid & (height < reach)
 
 
 def estimated_ground(frame: Frame, cloud: Cloud) -> Ground:

@@ -14,7 +14,8 @@ from PIL import Image
 from torch import Tensor
 
 from blockstab.datasets.truth import MIN_VISIBLE_PX, ObjectTruth, Truth
-from blockstab.metrics import axis_error_deg, overlap_score, support_accuracy
+from blockstab.metrics import ObjectScores, axis_error_deg, object_scores, overlap_score, support_accuracy
+from blockstab.metrics.overlap import Weighting
 from blockstab.rgbd.frame import Frame
 
 BACKGROUND = 0  # every background id, and the ground plane, where supporters are compared
@@ -89,15 +90,51 @@ def stable(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
 
 
 def overlap(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
-    """The pixel-wise segmentation score of the image, over its objects."""
+    """The pixel-wise segmentation score of the image, over its objects, weighted by their areas."""
+    return _overlap(prediction, frame, truth, "area")
+
+
+def overlap_plain(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
+    """The same, every object counting alike."""
+    return _overlap(prediction, frame, truth, "region")
+
+
+def _overlap(prediction: Prediction, frame: Frame, truth: Truth, weighting: Weighting) -> Score:
     assert frame.label is not None
-    objects = tuple(o.id for o in _seen(frame, truth))
-    if not truth.objects:  # labels alone: all that is not background
-        ids = [i for i in torch.unique(frame.label).tolist() if i > 0 and i not in frame.background_ids]
-        objects = tuple(i for i in ids if int((frame.label == i).sum()) >= MIN_VISIBLE_PX)
+    objects = _object_ids(frame, truth)
     if not objects:
         return Score(0.0, 0)
-    return Score(overlap_score(frame.label, prediction.label, objects), 1)
+    return Score(overlap_score(frame.label, prediction.label, objects, weighting), 1)
+
+
+def overlap_f(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
+    """F-measure of the pixels of matched objects in the image (Xie et al. 2020)."""
+    return _of_objects(prediction, frame, truth, lambda scores: scores.overlap.f_measure)
+
+
+def boundary_f(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
+    """F-measure of the outlines of matched objects in the image."""
+    return _of_objects(prediction, frame, truth, lambda scores: scores.boundary.f_measure)
+
+
+def detected(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
+    """Share of the objects of the image whose match has an F-measure of at least 0.75."""
+    return _of_objects(prediction, frame, truth, lambda scores: scores.detected)
+
+
+def _of_objects(
+    prediction: Prediction, frame: Frame, truth: Truth, part: Callable[[ObjectScores], float]
+) -> Score:
+    assert frame.label is not None
+    objects = _object_ids(frame, truth)
+    if not objects:
+        return Score(0.0, 0)
+    true = torch.where(torch.isin(frame.label, torch.tensor(objects)), frame.label, 0)
+    # What is hardly seen is neither missed nor found in vain.
+    hardly_seen = torch.tensor([o.id for o in truth.objects if o.id not in objects], dtype=torch.int64)
+    found = torch.where(torch.isin(frame.label, hardly_seen), 0, prediction.label)
+    background = [s["id"] for s in prediction.record["segments"] if s["background"]]
+    return Score(part(object_scores(true, found, found_background=background)), 1)
 
 
 SCORES: dict[str, Callable[[Prediction, Frame, Truth], Score]] = {
@@ -106,6 +143,10 @@ SCORES: dict[str, Callable[[Prediction, Frame, Truth], Score]] = {
     "support_below": support_below,
     "stable_share": stable,
     "overlap": overlap,
+    "overlap_plain": overlap_plain,
+    "overlap_f": overlap_f,
+    "boundary_f": boundary_f,
+    "detected": detected,
 }
 
 
@@ -125,6 +166,15 @@ def _seen(frame: Frame, truth: Truth) -> list[ObjectTruth]:
     assert frame.label is not None
     clear = [o for o in truth.objects if not o.hardly_seen]
     return [o for o in clear if int((frame.label == o.id).sum()) >= MIN_VISIBLE_PX]
+
+
+def _object_ids(frame: Frame, truth: Truth) -> tuple[int, ...]:
+    """Of the objects that are scored; where only labels are known, all that are not background."""
+    assert frame.label is not None
+    if truth.objects:
+        return tuple(o.id for o in _seen(frame, truth))
+    ids = [i for i in torch.unique(frame.label).tolist() if i > 0 and i not in frame.background_ids]
+    return tuple(i for i in ids if int((frame.label == i).sum()) >= MIN_VISIBLE_PX)
 
 
 def _merged(identity: int, background: set[int]) -> int:

@@ -1,20 +1,16 @@
-"""Write the tables of the results page and the README from docs/results; with --check, say if they are old."""
+"""Write the tables of the pages and the README from docs/results; with --check, say if they are old."""
 
 from __future__ import annotations
 
 import json
 import re
 import sys
+from collections.abc import Callable
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 RESULTS = Path(__file__).with_name("results")
-# Each page, and the files whose tables it shows.
-PAGES = {
-    Path(__file__).with_name("results.md"): "*.json",
-    Path(__file__).parents[1] / "README.md": "demo.json",
-}
 START, END = "<!-- tables -->\n", "<!-- end of tables -->"
 
 # Tables 2, 3 and 4 of the paper, on its own data sets.
@@ -94,14 +90,39 @@ def _cell(row: dict[str, Any], column: str) -> str:
     return f"{100 * mean:.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
 
 
+def census(files: list[Path]) -> str:
+    """One table of the counts of simulated sets, a line for each file `<preset>_<count>_seed<seed>.json`."""
+    lines = [
+        "| set | scenes | objects | in a scene | on other objects | scenes in which something can be felled |"
+    ]
+    lines.append("|---|---|---|---|---|---|")
+    for file in files:
+        found = json.loads(file.read_text())
+        preset, count, seed = re.fullmatch(r"([a-z]+)_(\d+)_seed(\d+)", file.stem).groups()  # type: ignore[union-attr]
+        stacked, felling = (f"{100 * found[share]:.0f} %" for share in ("on_objects", "felling"))
+        lines.append(
+            f"| `--preset {preset} --count {count} --seed {seed}` | {found['scenes']} | {found['objects']} "
+            f"| {found['fewest']} to {found['most']} | {stacked} | {felling} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+# Each page, the files that it shows, and how.
+PAGES: dict[Path, tuple[str, Callable[[list[Path]], str]]] = {
+    Path(__file__).with_name("results.md"): ("*.json", tables),
+    Path(__file__).with_name("datasets.md"): ("sets/*.json", census),
+    Path(__file__).parents[1] / "README.md": ("demo.json", tables),
+}
+
+
 def main(check: bool) -> int:
     """Bring the pages up to date, or find out whether they are; the exit status."""
     old = 0
-    for page, files in PAGES.items():
+    for page, (files, shown) in PAGES.items():
         text = page.read_text(encoding="utf-8")
         before, rest = text.split(START)
         after = rest.split(END)[1]
-        wanted = f"{before}{START}\n{tables(sorted(RESULTS.glob(files)))}\n{END}{after}"
+        wanted = f"{before}{START}\n{shown(sorted(RESULTS.glob(files)))}\n{END}{after}"
         if check and wanted != text:
             print(f"{page} is out of date; run: python docs/tables.py", file=sys.stderr)
             old = 1

@@ -193,4 +193,10 @@ def test_a_scene_without_labels_cannot_be_scored(folders):
 def test_a_scene_without_listed_objects_is_scored_by_its_labels_alone(folders):
     write_truth(folders[0], replace(TRUTH, objects=()))
     scores = scores_of(folders, ALL)
-    assert {name for name, score in scores.items() if score.things} == {"overlap"}
+    by_labels = {"overlap", "overlap_plain", "overlap_f", "boundary_f", "detected"}
+    assert {name for name, score in scores.items() if score.things} == by_labels
+
+
+def test_what_is_found_perfectly_scores_one_and_background_is_no_wrong_object(folders):
+    names = ("overlap", "overlap_plain", "overlap_f", "boundary_f", "detected")
+    assert [scored(folders, name) for name in names] == [Score(pytest.approx(1.0), 1)] * 5

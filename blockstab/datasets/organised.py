@@ -110,13 +110,17 @@ def inside(path: Path, root: Path) -> Path:
     Raises:
         FrameError: it is a link that leads out, or to itself.
     """
-    try:
-        safe = path.resolve().is_relative_to(root.resolve())
-    except (OSError, RuntimeError):
-        safe = False
-    if not safe:
+    if not lies_in(path, root):
         raise FrameError(f"{path}: must lie in {root}, but links out of it; put a copy in its place.")
     return path
+
+
+def lies_in(path: Path, root: Path) -> bool:
+    """Whether the path, links followed, leads to no place outside `root`."""
+    try:
+        return path.resolve().is_relative_to(root.resolve())
+    except (OSError, RuntimeError):  # a link to itself
+        return False
 
 
 def _checked(label: NDArray[np.int64], path: Path) -> NDArray[np.int64]:

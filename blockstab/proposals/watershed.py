@@ -9,16 +9,10 @@ from torch import Tensor
 
 from blockstab.percept import Percept
 from blockstab.proposals import Proposed
-from blockstab.rgbd.cloud import SENSOR_STEP, Cloud
-from blockstab.rgbd.ground import Ground
 from blockstab.segments.atoms import absorb_small, join, make_atoms
 from blockstab.segments.hierarchy import build_hierarchy
 
 GROUND_ID = 1
-
-_FLAT = 0.9  # cosine to up, of a normal that belongs to the ground
-_FLAT_REACH = (0.01, 2.0)  # metres and sensor steps, the larger: how far from the ground such a pixel may lie
-_REACH = (0.003, 1.0)  # and any other pixel, for at the foot of an object few normals are right
 
 
 @dataclass(frozen=True)
@@ -47,7 +41,7 @@ class Watershed:
     def __call__(self, percept: Percept) -> Proposed:
         """Divide the image."""
         strength, fine = percept.boundaries.strength, percept.fine
-        floor = _on_ground(percept.cloud, percept.ground) & (fine > 0)
+        floor = percept.on_ground & (fine > 0)
         if int(floor.sum()) < self.least_px:
             return Proposed(self._without_small(self._merged(fine, strength), strength))
         parts = join(fine, torch.where(floor, GROUND_ID, 2 * (fine > 0)))
@@ -65,18 +59,3 @@ class Watershed:
         merged = absorb_small(make_atoms(label, strength), self.least_px)
         large = torch.bincount(merged.flatten()) >= self.least_px
         return torch.where(large[merged], merged, 0)
-
-
-def _on_ground(cloud: Cloud, ground: Ground) -> Tensor:
-    """(H, W) bool: measured pixels in the ground plane; none where its height is unknown."""
-    if ground.height is None:
-        return torch.zeros_like(cloud.valid)
-    step = SENSOR_STEP * cloud.depth**2
-    height = (cloud.points[..., 1] - ground.height).abs()
-    flat = cloud.normals[..., 1] > _FLAT
-    reach = torch.where(
-        flat,
-        (_FLAT_REACH[1] * step).clamp(min=_FLAT_REACH[0]),
-        (_REACH[1] * step).clamp(min=_REACH[0]),
-    )
-    return cloud.valid & (height < reach)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from reprlib import repr as shown
@@ -100,15 +101,37 @@ def read_images(
 
 
 def _read(color: ImageFile, depth: ImageFile, camera: Camera, unit: object, name: str, source: str) -> Frame:
-    """Check what the headers and `source`, which gave the camera and the unit, say; then decode."""
-    check_same_size(color, depth)
-    _check_camera(camera, depth, source)
     if not isinstance(unit, str) or unit not in _UNITS_PER_METRE:
         raise FrameError(
             f"{source}: depth_unit must be mm or 0.1mm, but it is {shown(unit)}; "
             f"state the unit {depth.path.name} is in, or convert it to millimetres."
         )
-    metres = np.asarray(depth.decode()).astype(np.float64) / _UNITS_PER_METRE[unit]
+    return decoded(
+        color, depth, camera, lambda raw: raw.astype(np.float64) / _UNITS_PER_METRE[unit], name, source, unit
+    )
+
+
+def decoded(
+    color: ImageFile,
+    depth: ImageFile,
+    camera: Camera,
+    metres_of: Callable[[NDArray[np.uint16]], NDArray[np.float64]],
+    name: str,
+    source: str,
+    unit: str = "mm",
+) -> Frame:
+    """Check what the headers and `source`, which gave the camera, say; then decode.
+
+    Args:
+        metres_of: what the numbers of the depth image mean; 0 must stay 0.
+        unit: of the depth image, for messages.
+
+    Raises:
+        FrameError: as `read_images`.
+    """
+    check_same_size(color, depth)
+    _check_camera(camera, depth, source)
+    metres = metres_of(np.asarray(depth.decode()).astype(np.uint16))
     check_depth(metres, depth.path, unit)
     image = color.decode()
     if "transparency" in image.info:

@@ -20,7 +20,7 @@ from torch import Tensor
 
 _MOST_PIXELS = 64_000_000
 _MOST_DEFLATED = 1032  # bytes that one can stand for (zlib's technical details)
-_MOST_META_BYTES = 16 * 2**20
+_MOST_JSON_BYTES = 16 * 2**20
 _PNG_CHANNELS = {0: "greyscale", 2: "RGB", 3: "palette", 4: "greyscale with alpha", 6: "RGBA"}
 # What Pillow raises on damaged files.
 _DAMAGE = (OSError, SyntaxError, ValueError, EOFError, IndexError, TypeError, struct.error)
@@ -84,7 +84,7 @@ class Meta:
 
     def number(self, key: str) -> float:
         """A finite number, which must be there."""
-        number = _finite(self.values.get(key))
+        number = finite(self.values.get(key))
         if math.isnan(number):
             came = shown(self.values[key]) if key in self.values else "missing"
             raise FrameError(f"{self.path}: {key} must be a finite number, but it is {came}; correct it.")
@@ -105,7 +105,7 @@ class Meta:
         if key not in self.values:
             return None
         value = self.values[key]
-        numbers = [_finite(number) for number in value] if isinstance(value, list) else []
+        numbers = [finite(number) for number in value] if isinstance(value, list) else []
         length = math.hypot(*numbers)
         if len(numbers) != 3 or not 0 < length < math.inf:
             raise FrameError(
@@ -117,15 +117,7 @@ class Meta:
 
 def read_meta(path: Path) -> Meta:
     """Read a JSON object of at most 16 MiB."""
-    text = _read_bytes(path, _MOST_META_BYTES + 1)
-    if len(text) > _MOST_META_BYTES:
-        raise FrameError(f"{path}: must have at most 16 MiB, but has more; is it the right file?")
-    try:
-        values = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise FrameError(
-            f"{path}: must be JSON, but cannot be read as such ({error}); correct it."
-        ) from error
+    values = read_json(path)
     if not isinstance(values, dict):
         raise FrameError(
             f"{path}: must be a JSON object, but it is {shown(values)}; put braces around the values."
@@ -133,7 +125,20 @@ def read_meta(path: Path) -> Meta:
     return Meta(path, values)
 
 
-def _finite(value: object) -> float:
+def read_json(path: Path) -> Any:
+    """Read JSON of at most 16 MiB; the worst of it takes forty times that in memory."""
+    text = _read_bytes(path, _MOST_JSON_BYTES + 1)
+    if len(text) > _MOST_JSON_BYTES:
+        raise FrameError(f"{path}: must have at most 16 MiB, but has more; is it the right file?")
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise FrameError(
+            f"{path}: must be JSON, but cannot be read as such ({error}); correct it."
+        ) from error
+
+
+def finite(value: object) -> float:
     """The value as a float; NaN where it is no finite number."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= sys.float_info.max:
         return math.nan

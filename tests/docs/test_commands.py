@@ -19,13 +19,13 @@ from blockstab.batch import parse_all
 from blockstab.cli import ProposalName, SearchName, UpName, app, folder_job
 from blockstab.export import scene_schema
 from blockstab.parser import Parser
+from blockstab.percept import given_ground
 from blockstab.proposals.files import LabelFile
 from blockstab.proposals.watershed import Watershed
 from blockstab.rgbd.frame import read_scene
 from blockstab.scoring import SCORES
 from blockstab.search.stay import Stay
 from blockstab.simulation.presets import PRESETS
-from blockstab.percept import given_ground
 from models.checkpoint import check_columns, load_potentials, save_potentials
 from models.examples import ExampleMaker
 from tests.docs.pages import DOCS, PAGES, ROOT, blocks, commands, composed

@@ -44,7 +44,7 @@ def test_the_page_is_up_to_date():
 
 def test_a_page_with_another_table_is_out_of_date(tables, tmp_path, monkeypatch):
     page = tmp_path / "results.md"
-    monkeypatch.setattr(tables, "PAGES", {page: "*.json"})
+    monkeypatch.setattr(tables, "PAGES", {page: ("*.json", tables.tables)})
     monkeypatch.setattr(tables, "RESULTS", tmp_path)
     page.write_text(f"before\n{tables.START}old{tables.END}\nafter\n")
     (tmp_path / "some.json").write_text(json.dumps(results("osd", overlap=0.9)))
@@ -75,3 +75,10 @@ def test_a_table_tells_its_command_its_scores_and_the_papers(tables, tmp_path):
     assert "| method | axis_error_deg | overlap | overlap in the paper | stable_share |" in text
     assert "| R-Samp | 2.50° [2.49, 2.51] | 75.0 % [74.0, 76.0] | 70.0 % (SOD), 72.3 % (GD)" in text
     assert "|  |" in text
+
+
+def test_the_census_of_a_set_stands_beside_the_command_that_made_it(tables, tmp_path):
+    counts = {"scenes": 50, "objects": 383, "fewest": 3, "most": 14, "on_objects": 0.564, "felling": 1.0}
+    (tmp_path / "blocks_50_seed7.json").write_text(json.dumps(counts))
+    text = tables.census([tmp_path / "blocks_50_seed7.json"])
+    assert "| `--preset blocks --count 50 --seed 7` | 50 | 383 | 3 to 14 | 56 % | 100 % |" in text

@@ -20,10 +20,7 @@ def test_pixels_without_depth_belong_to_no_region() -> None:
 
 def test_a_larger_scale_gives_fewer_regions() -> None:
     scene = picture(APART)
-    counts = [
-        len(Felzenszwalb(scale)(scene.percept).label.unique())
-        for scale in (10.0, 10000.0)
-    ]
+    counts = [len(Felzenszwalb(scale)(scene.percept).label.unique()) for scale in (10.0, 10000.0)]
     assert counts[0] > counts[1]
 
 
