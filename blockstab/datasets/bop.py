@@ -13,14 +13,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from blockstab.datasets.bop_entries import bounds, camera_of, entries, json_object, numbers
+from blockstab.datasets.bop_entries import bounds, camera_of, entries, numbers
 from blockstab.datasets.organised import inside, lies_in
 from blockstab.datasets.sets import stamp_of_files
 from blockstab.datasets.truth import ObjectTruth, Truth
 from blockstab.rgbd.frame import Frame, check_same_size, decoded
 from blockstab.rgbd.reading import FrameError, ImageFile, Meta, color_file, depth_file, label_file, read_meta
 
-_COLORS = ("rgb/{}.png", "rgb/{}.jpg", "gray/{}.png", "gray/{}.tif")
+_COLORS = ("rgb/{}.png", "rgb/{}.jpg", "gray/{}.png", "gray/{}.jpg")
 _RIGID = 1e-3
 
 
@@ -100,13 +100,14 @@ class BOP:
     @cached_property
     def _views(self) -> dict[str, tuple[Path, str]]:
         """Folder and number of each image, by name."""
-        top, views = Path(self.root) / self.split, {}
+        top = Path(self.root) / self.split
+        views: dict[str, tuple[Path, str]] = {}
         for folder in sorted(top.iterdir()) if top.is_dir() else ():
             if folder.is_dir() and not folder.is_symlink():
-                for depth in sorted((folder / "depth").glob("*.png")):
-                    views[f"{folder.name}-{depth.stem}"] = (folder, depth.stem)
+                stems = [depth.stem for depth in (folder / "depth").glob("*.png")]
+                views |= {f"{folder.name}-{s}": (folder, s) for s in sorted(stems) if s.isdecimal()}
         if not views:
-            raise ValueError(f"{top} holds no scene (a folder with depth/*.png in it).")
+            raise ValueError(f"{top} holds no scene (a folder with depth/000000.png or the like in it).")
         return views
 
     def _view(self, scene: str) -> tuple[Path, str]:
@@ -155,22 +156,18 @@ class BOP:
         pose = torch.eye(4, dtype=torch.float64)
         pose[:3, :3], pose[:3, 3] = rotation, numbers(entry, "cam_t_m2c", 3, file) / 1000.0
         truth = ObjectTruth(number, category=f"obj_{model:06d}")
-        size = self._sizes.get(model)
-        if size is None:
+        box = bounds(self._models, model)
+        if box is None:
             return replace(truth, pose_camera=pose)
-        low, extent = size
+        low, extent = box
         pose[:3, 3] += rotation @ (low + extent / 2)
         return replace(truth, pose_camera=pose, half_extent=extent / 2)
 
     @cached_property
-    def _sizes(self) -> dict[int, tuple[Tensor, Tensor]]:
-        """Lowest corner and extent (3,) of each model's bounding box, metres."""
+    def _models(self) -> Meta:
+        """Sizes by model; empty where no file gives any."""
         for folder in ("models", "models_eval"):
             file = self._inside(Path(self.root) / folder / "models_info.json")
             if file.is_file():
-                return {
-                    int(i): bounds(Meta(file, json_object(e, file)), file)
-                    for i, e in read_meta(file).values.items()
-                    if i.isdecimal()
-                }
-        return {}
+                return read_meta(file)
+        return Meta(Path(self.root), {})

@@ -15,17 +15,23 @@ from blockstab.rgbd.frame import Camera
 from blockstab.rgbd.reading import FrameError, Meta
 
 
-def bounds(model: Meta, file: Path) -> tuple[Tensor, Tensor]:
-    """Lowest corner and extent (3,) of a model's bounding box, metres."""
-    low, size = ([model.number(f"{word}_{axis}") / 1000.0 for axis in "xyz"] for word in ("min", "size"))
+def bounds(models: Meta, model: int) -> tuple[Tensor, Tensor] | None:
+    """Lowest corner and extent (3,) of a model's bounding box, metres; None where the file has no such model."""
+    name, file = str(model), models.path
+    if name not in models.values:
+        return None
+    said = Meta(file, json_object(models.values[name], file))
+    low, size = ([said.number(f"{word}_{axis}") / 1000.0 for axis in "xyz"] for word in ("min", "size"))
     if min(size) <= 0:
-        raise FrameError(f"{file}: sizes of models must be above 0, but one is {min(size)}; copy it again.")
+        raise FrameError(
+            f"{file}: sizes of model {shown(name)} must be above 0, but one is {min(size)}; copy it again."
+        )
     return torch.tensor(low, dtype=torch.float64), torch.tensor(size, dtype=torch.float64)
 
 
 def camera_of(said: Meta, stem: str) -> tuple[Camera, float]:
     """Intrinsics, and millimetres of one step of the depth image."""
-    entry = json_object(said.values.get(str(int(stem))) if stem.isdecimal() else None, said.path)
+    entry = json_object(said.values.get(str(int(stem))), said.path)
     k = numbers(entry, "cam_K", 9, said.path).tolist()
     scale = Meta(said.path, entry).number("depth_scale")
     if not 0 < scale < 1e3:
@@ -37,7 +43,7 @@ def camera_of(said: Meta, stem: str) -> tuple[Camera, float]:
 
 def entries(said: Meta, stem: str) -> list[dict[str, Any]]:
     """What a file lists for an image; nothing where it does not know it."""
-    listed = said.values.get(str(int(stem)), []) if stem.isdecimal() else []
+    listed = said.values.get(str(int(stem)), [])
     if not isinstance(listed, list) or len(listed) > LARGEST_ID:
         raise FrameError(
             f"{said.path}: image {stem} must have a list of objects, but has {shown(listed)}; copy it again."

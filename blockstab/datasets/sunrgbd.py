@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from reprlib import repr as shown
 
 import numpy as np
 import torch
@@ -39,8 +40,9 @@ class SUNRGBD:
                                              .../annotation2Dfinal/index.json
 
     The root may be any folder of these. Depth is that which was measured, where there is a folder depth, else
-    the other; its 16 bits are a length in millimetres, turned left by three. A pixel belongs to the last polygon
-    around it; an object may have several. Floor, wall and ceiling are background. Links to folders are not followed.
+    the other; its 16 bits are a length in millimetres, turned left by three. The last tilt by name counts. A pixel
+    belongs to the last polygon around it; an object may have several. Floor, wall and ceiling are background. 3-D
+    boxes are not read. Links to folders are not followed.
 
     Args:
         root: the folder.
@@ -129,7 +131,10 @@ class SUNRGBD:
             return None
         tilt = _numbers(self._inside(files[-1]), 12).reshape(3, 4)[:, :3]
         if not np.allclose(tilt @ tilt.T, np.eye(3), atol=_RIGID):
-            raise FrameError(f"{files[-1]}: must hold a rotation and a shift, but does not; copy it again.")
+            raise FrameError(
+                f"{files[-1]}: must hold rows of a rotation and a shift, but the rotation is {shown(tilt.tolist())}; "
+                "copy it again."
+            )
         return -torch.from_numpy(tilt[1] / np.linalg.norm(tilt[1]))
 
 
@@ -152,10 +157,15 @@ def _numbers(path: Path, count: int) -> NDArray[np.float64]:
     """So many finite numbers of a small text file."""
     try:
         with path.open("rb") as file:
-            words = file.read(_MOST_TEXT_BYTES + 1).split()
-        numbers = np.array([float(word) for word in words[: count + 1]])
-    except (OSError, ValueError):
+            text = file.read(_MOST_TEXT_BYTES)
+    except OSError as error:
+        raise FrameError(
+            f"{path}: must be a readable file, but cannot be opened ({error.strerror}); check the path."
+        ) from None
+    try:
+        numbers = np.array([float(word) for word in text.split()])
+    except ValueError:
         numbers = np.empty(0)
     if numbers.shape != (count,) or not np.isfinite(numbers).all():
-        raise FrameError(f"{path}: must hold {count} finite numbers, but does not; copy it again.")
+        raise FrameError(f"{path}: must hold {count} finite numbers, but is {shown(text)}; copy it again.")
     return numbers

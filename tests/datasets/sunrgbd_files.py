@@ -13,7 +13,7 @@ WIDTH, HEIGHT = 40, 30
 FULL, BARE = Path("kv2/lab/0001"), Path("xtion/home/0002")
 TILT = np.array([[1.0, 0.0, 0.0], [0.0, 0.8, -0.6], [0.0, 0.6, 0.8]])  # of a camera that looks down
 POLYGONS = {
-    "objects": [{"name": "Floor"}, {"name": "box"}, None, {"name": "cup"}, {"name": "unseen"}],
+    "objects": [{"name": "Floor1:truncated"}, {"name": "box"}, None, {"name": "cup"}, {"name": "unseen"}],
     "frames": [
         {
             "polygon": [
@@ -22,6 +22,7 @@ POLYGONS = {
                 {"object": 1, "x": [5, 24, 24, 5], "y": [5, 5, 24, 24]},
                 {"object": 3, "x": [10, 14, 14, 10], "y": [10, 10, 14, 14]},
                 {"object": 3, "x": [30, 34, 34, 30], "y": [10, 10, 14, 14]},
+                {"object": 5, "x": [0, 39, 39, 0], "y": [0, 0, 29, 29]},
                 {"object": 3, "x": 3, "y": 3},
                 {"object": 3, "x": None, "y": None},
             ]

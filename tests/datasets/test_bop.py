@@ -13,7 +13,7 @@ import torch
 from blockstab.datasets.bop import BOP
 from blockstab.rgbd.frame import Camera
 from blockstab.rgbd.reading import FrameError
-from tests.datasets.bop_files import BEHIND, CAMERA, FRONT, SAID, write_bop, write_json, write_png
+from tests.datasets.bop_files import BEHIND, CAMERA, FRONT, MODELS, SAID, write_bop, write_json, write_png
 
 
 @pytest.fixture
@@ -54,12 +54,29 @@ def test_a_box_is_the_models_bounding_box_where_the_model_is(root: Path) -> None
     assert second.pose_camera[:3, 3].tolist() == pytest.approx([0.0, 0.0, 0.9])
 
 
+def test_only_the_models_of_an_image_must_make_sense(root: Path) -> None:
+    write_json(root / "models/models_info.json", {**MODELS, "8": None, "9" * 5000: None})
+    assert BOP(root).read("000003-000000")[1].objects[0].half_extent is not None
+    write_json(root / "models/models_info.json", {**MODELS, "5": {**MODELS["5"], "size_y": 0}})
+    with pytest.raises(FrameError, match=r"models_info\.json: sizes of model '5' must be above 0"):
+        BOP(root).read("000003-000000")
+
+
+def test_greyscale_images_and_jpegs_do_as_well(root: Path) -> None:
+    for old, new in (("rgb/000000.png", "gray/000000.jpg"), ("rgb/000012.png", "rgb/000012.jpg")):
+        (root / "test/000003" / old).unlink()
+        write_png(root / "test/000003" / new, np.full((30, 40), 77, dtype="u1"))
+    for scene in BOP(root).scenes():
+        assert bool((BOP(root).read(scene)[0].color == 77).all())
+
+
 def test_an_object_that_another_hides_whole_is_not_there(root: Path) -> None:
     write_png(root / "test/000003/mask_visib/000000_000000.png", np.zeros((30, 40), dtype="u1"))
     assert [o.id for o in BOP(root).read("000003-000000")[1].objects] == [2]
 
 
 def test_scenes_are_named_by_scene_and_image_and_none_is_an_error(root: Path) -> None:
+    (root / "test/000003/depth/._000000.png").write_bytes(b"")  # as some systems leave beside each file
     assert BOP(root).scenes() == ["000003-000000", "000003-000012"]
     with pytest.raises(ValueError, match="holds no scene"):
         BOP(root, "train").scenes()

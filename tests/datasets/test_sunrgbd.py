@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import torch
 
+from blockstab.datasets.polygons import polygon_labels
 from blockstab.datasets.sunrgbd import SUNRGBD
 from blockstab.rgbd.frame import Camera
 from blockstab.rgbd.reading import FrameError
@@ -74,13 +75,12 @@ def polygons(**changes: Any) -> dict[str, Any]:
         {"frames": [], "objects": []},
         {"frames": [{"polygon": {}}], "objects": []},
         {"frames": [{"polygon": [None]}], "objects": []},
-        polygons(object=5),
+        polygons(object=None),
         polygons(object=-1),
         polygons(object=True),
         polygons(x=[1, 2, 3]),
         polygons(x=[1, 2, 3, 1e9]),
         polygons(x=[1, 2, 3, "4"]),
-        {"objects": [{}], "frames": [{"polygon": [{"object": 0, "x": [0] * 65537, "y": [0] * 65537}]}]},
     ],
 )
 def test_polygons_that_make_no_sense_are_one_line(root: Path, said: object) -> None:
@@ -89,6 +89,32 @@ def test_polygons_that_make_no_sense_are_one_line(root: Path, said: object) -> N
         SUNRGBD(root).read(NAME)
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < len(str(root)) + 400
+
+
+def test_more_corners_than_can_soon_be_painted_are_refused(tmp_path: Path) -> None:
+    zigzag = {"object": 0, "x": [0, 39] * 20_000, "y": [0, 29, 29, 0] * 10_000}
+    write_text(tmp_path / "index.json", json.dumps({"objects": [{}], "frames": [{"polygon": [zigzag]}]}))
+    assert bool((polygon_labels(tmp_path / "index.json", (30, 40))[0] == 1).any())
+    for size in ((480, 640), (10**6, 1)):
+        with pytest.raises(FrameError, match=r"at most \d+ corners, but have 40000"):
+            polygon_labels(tmp_path / "index.json", size)
+
+
+@pytest.mark.parametrize(
+    ("name", "category"),
+    [
+        ("Chair2:occluded", "chair"),
+        ("night stand 3", "night stand"),
+        ("wall", "wall"),
+        ("12", None),
+        (3, None),
+    ],
+)
+def test_a_name_is_told_without_what_parts_and_copies_add(
+    tmp_path: Path, name: object, category: str | None
+) -> None:
+    write_text(tmp_path / "index.json", json.dumps({"objects": [{"name": name}], "frames": [{}]}))
+    assert polygon_labels(tmp_path / "index.json", (3, 4))[1] == {1: category}
 
 
 @pytest.mark.parametrize(
@@ -103,7 +129,7 @@ def test_polygons_that_make_no_sense_are_one_line(root: Path, said: object) -> N
 )
 def test_numbers_that_are_no_camera_are_one_line(root: Path, file: str, text: str) -> None:
     write_text(root / FULL / file, text)
-    with pytest.raises(FrameError, match=Path(file).name):
+    with pytest.raises(FrameError, match=rf"{Path(file).name}: must hold .*, but .*; copy it again\.$"):
         SUNRGBD(root).read(NAME)
 
 
