@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -18,7 +19,7 @@ from blockstab.parser import Parser, Potentials
 from blockstab.percept import estimated_ground, given_ground
 from blockstab.proposals import Proposal
 from blockstab.proposals.felzenszwalb import Felzenszwalb
-from blockstab.proposals.files import LabelFile
+from blockstab.proposals.files import SCENE, LabelFile, MaskFile
 from blockstab.proposals.watershed import Watershed
 from blockstab.rgbd.frame import Camera, read_images, read_scene
 from blockstab.search import Search
@@ -40,6 +41,7 @@ class ProposalName(StrEnum):
     watershed = "watershed"
     felzenszwalb = "felzenszwalb"
     labels = "labels"
+    files = "files"
 
 
 class SearchName(StrEnum):
@@ -80,6 +82,9 @@ def parse(
     cx: Annotated[float, typer.Option(help="Principal point, pixels.")] = math.nan,
     cy: Annotated[float, typer.Option(help="Principal point, pixels.")] = math.nan,
     proposals: Annotated[ProposalName, typer.Option(help="First segmentation.")] = ProposalName.watershed,
+    masks: Annotated[
+        str | None, typer.Option(help="For files: their path, with {scene} for the scene's name.")
+    ] = None,
     search: Annotated[SearchName, typer.Option(help="How it is improved.")] = SearchName.rsamp,
     potentials: Annotated[str, typer.Option(help="mlp, svm, or a file of your own.")] = "mlp",
     up: Annotated[UpName, typer.Option(help="Where the up direction comes from.")] = UpName.estimate,
@@ -93,8 +98,11 @@ def parse(
     if not work:
         raise typer.BadParameter("give scene folders, or --color and --depth with --fx --fy --cx --cy")
     try:
+        proposal = _proposal(proposals, masks)
+        if isinstance(proposal, MaskFile):
+            work = _with_masks(work, proposal)
         parser = Parser(
-            proposal=PROPOSALS[proposals](),
+            proposal=proposal,
             search=SEARCHES[search](),
             potentials=_potentials(potentials),
             ground_of=estimated_ground if up is UpName.estimate else given_ground,
@@ -177,6 +185,23 @@ def _loose_job(color: Path | None, depth: Path | None, camera: Camera) -> Job:
     return Job(
         color.stem, partial(read_images, color, depth, camera), partial(stamp_of_files, (color, depth))
     )
+
+
+def _proposal(name: ProposalName, masks: str | None) -> Proposal:
+    if (masks is not None) != (name is ProposalName.files):
+        raise typer.BadParameter("--proposals files and --masks belong together")
+    return PROPOSALS[name]() if masks is None else MaskFile(masks)
+
+
+def _with_masks(jobs: list[Job], proposal: MaskFile) -> list[Job]:
+    """The jobs, each done again when its masks change."""
+    if len(jobs) > 1 and SCENE not in str(proposal.path):
+        raise typer.BadParameter(f"--masks needs {SCENE} in its path, for each scene has masks of its own")
+    return [replace(job, stamp=partial(_stamp_with, job, proposal.file(job.name))) for job in jobs]
+
+
+def _stamp_with(job: Job, file: Path) -> str:
+    return f"{job.stamp()} {stamp_of_files([file])}"
 
 
 def _potentials(name: str) -> Potentials:

@@ -199,6 +199,49 @@ def test_felzenszwalb_can_be_chosen(scene, potentials, tmp_path):
     assert run("parse", scene, "--proposals", "felzenszwalb", *common).exit_code == 0
 
 
+def masks_of(scene: Path, folder: Path, columns: int) -> str:
+    """A label image of the left `columns` of a scene's labels, and the path that leads to it."""
+    label = np.array(Image.open(scene / "label.png"))
+    label[:, columns:] = 0
+    folder.mkdir(exist_ok=True)
+    Image.fromarray(label).save(folder / "blocks.png")
+    return f"{folder}/{{scene}}.png"
+
+
+def test_masks_of_another_segmenter_are_parsed_and_again_when_they_change(scene, potentials, tmp_path):
+    common = ["--search", "none", "--potentials", potentials, "--out", tmp_path / "out"]
+    seen = []
+    for columns in (1000, 60):
+        path = masks_of(scene, tmp_path / "masks", columns)
+        assert run("parse", scene, "--proposals", "files", "--masks", path, *common).exit_code == 0
+        seen.append({s["id"]: s["pixels"] for s in record(tmp_path / "out" / "blocks")["segments"]})
+    whole, left = seen
+    assert set(np.unique(np.array(Image.open(scene / "label.png")))) - {0} <= set(whole)
+    assert sum(left.values()) < sum(whole.values())
+
+
+def test_missing_masks_are_named_for_their_scene(scene, potentials, tmp_path):
+    path = f"{tmp_path}/{{scene}}_masks.json"
+    common = ["--potentials", potentials, "--out", tmp_path / "out"]
+    result = run("parse", scene, "--proposals", "files", "--masks", path, *common)
+    assert_names_the_file(result, tmp_path / "blocks_masks.json")
+
+
+@pytest.mark.parametrize("given", [["--proposals", "files"], ["--masks", "a.json"]])
+def test_files_and_their_path_belong_together(scene, given):
+    assert "belong together" in refusal(run("parse", scene, *given))
+
+
+def test_masks_of_several_scenes_need_their_names(scene, tmp_path):
+    result = run("parse", scene, tmp_path, "--proposals", "files", "--masks", "a.json")
+    assert "needs {scene} in its path" in refusal(result)
+
+
+def test_masks_of_an_unknown_kind_are_refused_in_one_line(scene):
+    result = run("parse", scene, "--proposals", "files", "--masks", "a.pkl")
+    assert_stopped(result, "a.pkl", ".npz")
+
+
 def test_the_seed_is_kept(scene, potentials, tmp_path):
     quick(scene, "--seed", "12", "--potentials", potentials, "--out", tmp_path)
     assert record(tmp_path / "blocks")["seed"] == 12

@@ -18,10 +18,12 @@ class Proposed:
     Args:
         label: (H, W) int64; 0 = no region, ids carry no order.
         known: for ids of which the proposal knows it, whether they are background (table, floor, wall).
+        scores: for ids of which the proposal says it, how sure it is of them; higher is surer.
     """
 
     label: Tensor
     known: Mapping[int, bool] = field(default_factory=dict)
+    scores: Mapping[int, float] = field(default_factory=dict)
 
 
 class Proposal(Protocol):

@@ -2,28 +2,48 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields, replace
+from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
-from PIL import Image
 
 from blockstab.proposals import Proposal
 from blockstab.proposals.felzenszwalb import Felzenszwalb
-from blockstab.proposals.files import LabelFile
+from blockstab.proposals.files import LabelFile, MaskFile
 from blockstab.proposals.watershed import Watershed
 from tests.block_scene import APART, STACK, Picture, picture
+from tests.proposals.mask_files import write_arrays, write_coco, write_labels, write_sam
 
-NAMES = ["watershed", "felzenszwalb", "scene_labels", "label_file"]
+
+def _from(file: str, write: Callable[..., None], folder: Path) -> MaskFile:
+    """What a segmenter wrote that saw the stack: its blocks, which overlap, and a mask around both."""
+    label = picture(STACK).frame.label
+    assert label is not None
+    lower, upper = (label == 2).numpy(), (label == 3).numpy()
+    masks = [lower | np.roll(lower, 3, axis=1), upper, lower | upper]
+    scores = () if write is write_labels else ((0.8, 0.7, 0.9),)
+    write(folder / file, masks, *scores)
+    return MaskFile(folder / file)
 
 
-@pytest.fixture(params=NAMES)
+PROPOSALS: dict[str, Callable[[Path], Proposal]] = {
+    "watershed": lambda _: Watershed(),
+    "felzenszwalb": lambda _: Felzenszwalb(),
+    "scene_labels": lambda _: LabelFile(),
+    "label_image": partial(_from, "ids.png", write_labels),
+    "coco": partial(_from, "coco.json", write_coco),
+    "sam": partial(_from, "sam.json", write_sam),
+    "arrays": partial(_from, "masks.npz", write_arrays),
+}
+
+
+@pytest.fixture(params=PROPOSALS)
 def proposal(request: pytest.FixtureRequest, tmp_path: Path) -> Proposal:
-    path = tmp_path / "regions.png"
-    Image.fromarray((picture(STACK).frame.label * 300).numpy().astype("uint16")).save(path)
-    choices = [Watershed(), Felzenszwalb(), LabelFile(), LabelFile(path)]
-    return dict(zip(NAMES, choices, strict=True))[request.param]
+    return PROPOSALS[request.param](tmp_path)
 
 
 @pytest.fixture(params=["apart", "stack", "table_only", "no_ground"])
@@ -46,11 +66,14 @@ def test_the_same_picture_gives_the_same_regions(proposal: Proposal, scene: Pict
     other = proposal(scene.percept)
     assert torch.equal(one.label, other.label)
     assert one.known == other.known
+    assert one.scores == other.scores
 
 
 def test_what_is_known_is_known_of_regions_that_exist(proposal: Proposal, scene: Picture) -> None:
     proposed = proposal(scene.percept)
-    assert set(proposed.known) <= set(proposed.label.unique().tolist()) - {0}
+    there = set(proposed.label.unique().tolist()) - {0}
+    assert set(proposed.known) <= there
+    assert set(proposed.scores) <= there
 
 
 def test_nothing_it_is_given_changes(proposal: Proposal, scene: Picture) -> None:
