@@ -184,6 +184,15 @@ def test_overlap_is_over_objects_not_background(folders):
     assert scored(folders, "overlap") == Score(pytest.approx(best / 520), 1)
 
 
+def test_images_in_which_nothing_touches_are_left_out_of_what_touches(folders):
+    assert scored(folders, "overlap_touching") == scored(folders, "overlap") == Score(1.0, 1)
+    apart = picture()
+    apart[14] = TABLE
+    write_truth(folders[0], TRUTH, apart)
+    assert scored(folders, "overlap_touching") == Score(0.0, 0)
+    assert scored(folders, "overlap").things == 1
+
+
 def test_a_scene_without_labels_cannot_be_scored(folders):
     (folders[0] / "label.png").unlink()
     with pytest.raises(ValueError, match="scene has no labels"):
@@ -193,7 +202,7 @@ def test_a_scene_without_labels_cannot_be_scored(folders):
 def test_a_scene_without_listed_objects_is_scored_by_its_labels_alone(folders):
     write_truth(folders[0], replace(TRUTH, objects=()))
     scores = scores_of(folders, ALL)
-    by_labels = {"overlap", "overlap_plain", "overlap_f", "boundary_f", "detected"}
+    by_labels = {"overlap", "overlap_plain", "overlap_touching", "overlap_f", "boundary_f", "detected"}
     assert {name for name, score in scores.items() if score.things} == by_labels
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from blockstab.metrics.atoms import boundary_recall, undersegmentation_error
 from blockstab.metrics.borders import inner_border
+from blockstab.metrics.contact import touching
 from blockstab.metrics.objects import ObjectScores, PrecisionRecall, object_scores
 from blockstab.metrics.overlap import intersection_over_union, overlap_score
 from blockstab.metrics.scene import axis_error_deg, support_accuracy
@@ -18,5 +19,6 @@ __all__ = [
     "object_scores",
     "overlap_score",
     "support_accuracy",
+    "touching",
     "undersegmentation_error",
 ]

@@ -20,12 +20,15 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=60.0, help="for each reader")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--case", type=int, help="only the case of this number")
+    parser.add_argument(
+        "--patience", type=float, default=30.0, help="seconds without answer, on a busy machine"
+    )
     asked = parser.parse_args()
     names = list(READERS) if asked.reader == "all" else [asked.reader]
     numbers = itertools.count() if asked.case is None else [asked.case]
     faults = 0
     for name in names:
-        outcomes = fuzz(READERS[name], asked.seed, numbers)
+        outcomes = fuzz(READERS[name], asked.seed, numbers, asked.patience)
         faults += _report(name, asked.seed, _until(outcomes, time.monotonic() + asked.seconds))
         numbers = itertools.count() if asked.case is None else numbers
     return int(faults > 0)
