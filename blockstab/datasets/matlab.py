@@ -8,6 +8,7 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from reprlib import repr as shown
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +73,8 @@ class Matrix:
         return inner
 
     def _fault(self, what: str) -> FrameError:
-        return FrameError(f"{self.path}: {self.name or 'a cell'} {what}; copy the file again.")
+        name = shown(self.name) if self.name else "a cell"
+        return FrameError(f"{self.path}: {name} {what}; copy the file again.")
 
 
 def read_matlab(path: Path) -> dict[str, Matrix]:

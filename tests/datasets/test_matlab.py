@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import struct
 import zlib
 from pathlib import Path
@@ -49,13 +50,21 @@ def test_cells_are_those_that_scipy_reads(file: Path) -> None:
 
 @pytest.mark.parametrize("name", ["word", "complex", "cells"])
 def test_what_holds_no_real_numbers_says_so(file: Path, name: str) -> None:
-    with pytest.raises(FrameError, match=rf"a\.mat: {name} must hold real numbers"):
+    with pytest.raises(FrameError, match=rf"a\.mat: '{name}' must hold real numbers"):
         read_matlab(file)[name].numbers()
 
 
 def test_numbers_are_no_cells(file: Path) -> None:
-    with pytest.raises(FrameError, match="one must be a cell array"):
+    with pytest.raises(FrameError, match="'one' must be a cell array"):
         read_matlab(file)["one"].cells()
+
+
+def test_a_name_of_bytes_that_are_no_letters_is_told_in_letters(file: Path) -> None:
+    damaged = dataclasses.replace(read_matlab(file)["one"], name="\t\0\n\ufffd" * 50)
+    with pytest.raises(FrameError, match="must be a cell array") as caught:
+        damaged.cells()
+    assert str(caught.value).isprintable()
+    assert len(str(caught.value)) < len(str(file)) + 150
 
 
 @pytest.mark.parametrize("content", [b"", b"MATLAB 7.3", bytes(200), b"\x89HDF" + bytes(300)])
