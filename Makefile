@@ -7,7 +7,7 @@ STAMP := .venv/.installed
 DEMO := out/demo
 JOBS ?= 2
 
-.PHONY: setup demo test lint types bench docs pretrained python
+.PHONY: setup demo test lint types bench docs pretrained proposals python
 .DEFAULT_GOAL := setup
 
 setup: $(STAMP)
@@ -51,3 +51,27 @@ docs: $(STAMP)
 pretrained: $(STAMP)
 	$(BIN)/python train.py potential=svm output=models/pretrained/svm jobs=$(JOBS)
 	$(BIN)/python train.py potential=mlp output=models/pretrained/mlp jobs=$(JOBS)
+	$(BIN)/python train.py target=boundary data.preset=objects output=models/pretrained/boundary jobs=$(JOBS)
+	$(BIN)/python train.py target=stages data.preset=objects data.count=100 output=models/pretrained/silberman jobs=$(JOBS)
+
+# First segmentations against each other: on simulated objects, half of which train, and on a folder of scenes in
+# four folds, of which three train. make proposals OSD=path/of/osd
+PROPOSALS := out/proposals
+SIMULATED := data=simulated data.preset=objects data.count=100 data.seed=4000 split=halves
+FOLDED = data=folder data.root=$(OSD) split=folds split.together=4
+proposals: $(STAMP)
+	@test -n "$(OSD)" || { echo "say where the scenes are: make proposals OSD=path/of/osd"; exit 1; }
+	$(BIN)/python train.py target=stages $(SIMULATED) part=train output=$(PROPOSALS)/simulated jobs=$(JOBS)
+	$(BIN)/python evaluate.py experiment=proposals experiment.stages=$(PROPOSALS)/simulated.json $(SIMULATED) part=test \
+		out=$(PROPOSALS)/simulated jobs=$(JOBS)
+	cp $(PROPOSALS)/simulated/results.json docs/results/proposals_objects.json
+	for fold in 0 1 2 3; do \
+		$(BIN)/python train.py target=stages $(FOLDED) part=train$$fold output=$(PROPOSALS)/stages$$fold jobs=$(JOBS) && \
+		$(BIN)/python evaluate.py experiment=proposals experiment.stages=$(PROPOSALS)/stages$$fold.json $(FOLDED) \
+			part=test$$fold out=$(PROPOSALS)/fold$$fold jobs=$(JOBS) || exit 1; \
+	done
+	$(BIN)/python docs/pool.py $(PROPOSALS)/fold?/results.json --out docs/results/proposals_osd.json
+	$(BIN)/python -m benchmarks.atoms --root $(OSD) --out docs/results/atoms_osd.json --jobs $(JOBS)
+	$(BIN)/blockstab simulate --preset objects --count 50 --seed 5000 --jobs $(JOBS) --out $(PROPOSALS)/scenes
+	$(BIN)/python -m benchmarks.atoms --root $(PROPOSALS)/scenes --out docs/results/atoms_objects.json --jobs $(JOBS)
+	$(BIN)/python docs/tables.py

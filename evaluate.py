@@ -78,7 +78,9 @@ def row_of(
     out: Path,
 ) -> dict[str, Any]:
     """Predict with one method, then score its files."""
-    parser = instantiate(method.parser)(potentials=potentials, seed=cfg.seed)
+    parser = instantiate(method.parser)(
+        potentials=potentials, boundaries=instantiate(cfg.boundaries), seed=cfg.seed
+    )
     where = out / "predictions" / name
     jobs = [Job(s, partial(frame_of, data, s), partial(data.stamp, s)) for s in scenes]
     failed = [

@@ -1,47 +1,52 @@
-"""Train potentials: examples, then heads. `python train.py potential=mlp data=simulated output=out/mine`."""
+"""Train what is learned: potentials, or the stages of merging. `python train.py potential=mlp data=simulated`."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 from datetime import date
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import hydra
 import torch
 from hydra.utils import instantiate
-from joblib import Parallel, delayed
 from omegaconf import DictConfig, OmegaConf
-from rich.console import Console
-from rich.progress import track
-from safetensors.torch import load_file, save
 
 import blockstab
 from blockstab.datasets.readable import readable
 from blockstab.datasets.sets import SceneSet
 from blockstab.datasets.splits import scenes_of
-from blockstab.export import write_whole
+from models.boundary import save_boundary, train_boundary
 from models.checkpoint import save_potentials
 from models.entry import one_line_errors
-from models.examples import COLUMNS, ExampleMaker, Examples, Rows
+from models.examples import COLUMNS, ExampleMaker, Examples
+from models.gathering import gathered
 from models.potential import choose_c, fit_potential
+from models.stages import save_stages
+from models.staging import StageTrainer
 
 
 @hydra.main(config_path="configs", config_name="train", version_base="1.3")
 def main(cfg: DictConfig) -> None:
-    """Train the unary, pairwise and merge potentials of one head."""
+    """Train one target on the scenes of a data set."""
     with one_line_errors():
         run(cfg)
 
 
 def run(cfg: DictConfig) -> None:
-    """Make examples, fit each potential, and save them."""
+    """Choose the scenes, and train."""
+    if cfg.target not in TARGETS:
+        raise ValueError(f"There is no target {cfg.target!r}; choose from: {', '.join(TARGETS)}.")
     data = instantiate(cfg.data)
     chosen = scenes_of(data, instantiate(cfg.split), cfg.part, Path(cfg.splits))
-    scenes = readable(data, chosen, cfg.strict, cfg.jobs)
-    maker = ExampleMaker(instantiate(cfg.proposals), variants=cfg.variants)
+    TARGETS[cfg.target](cfg, data, readable(data, chosen, cfg.strict, cfg.jobs))
+
+
+def train_potentials(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:
+    """The unary, pairwise and merge potentials of one head: make examples, fit each, and save them."""
+    maker = ExampleMaker(
+        instantiate(cfg.proposals), variants=cfg.variants, boundaries=instantiate(cfg.boundaries)
+    )
     examples = gathered(data, scenes, maker, cfg.seed, Path(cfg.cache), cfg.jobs)
     head = instantiate(cfg.potential)
     potentials, facts = {}, {}
@@ -60,49 +65,39 @@ def run(cfg: DictConfig) -> None:
             "held_out_loss": round(chosen.held_out_loss[chosen.c], 5),
         }
         print(name, facts[name])
-    save_potentials(Path(cfg.output), potentials, provenance(cfg, len(scenes), facts))
+    save_potentials(Path(cfg.output), potentials, {**provenance(cfg, len(scenes)), "potentials": facts})
     print(f"potentials in {cfg.output}.safetensors and {cfg.output}.json")
 
 
-def gathered(
-    data: SceneSet, scenes: list[str], maker: ExampleMaker, seed: int, cache: Path, jobs: int
-) -> list[Examples]:
-    """The examples of each scene, made once and kept in `cache`; a killed run goes on where it was."""
-    cache.mkdir(parents=True, exist_ok=True)
-    make = partial(examples_of, data=data, maker=maker, seed=seed, cache=cache)
-    results = Parallel(n_jobs=jobs, return_as="generator")(delayed(make)(scene) for scene in scenes)
-    return list(track(results, "examples", len(scenes), console=Console(stderr=True)))
+def train_stages(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:
+    """The stages of merging that the proposal `silberman` goes through."""
+    train = StageTrainer(cfg.variant, seed=cfg.seed, boundaries=instantiate(cfg.boundaries))
+    merging = train(data, scenes, provenance(cfg, len(scenes)), Path(cfg.cache), cfg.jobs)
+    for number, facts in enumerate(merging.provenance["stages"], start=1):
+        print(f"stage {number}", facts)
+    save_stages(Path(f"{cfg.output}.json"), merging)
+    print(f"stages in {cfg.output}.json")
 
 
-def examples_of(scene: str, data: SceneSet, maker: ExampleMaker, seed: int, cache: Path) -> Examples:
-    """The examples of one scene, from the cache where it holds them."""
-    torch.set_num_threads(1)
-    made_of = f"{blockstab.__version__} {maker} {seed} {data.stamp(scene)}"
-    digest = hashlib.sha256(made_of.encode())
-    file = cache / f"{digest.hexdigest()[:32]}.safetensors"
-    if file.is_file():
-        kept = load_file(file)
-        return Examples(*(Rows(kept[f"{n}.features"], kept[f"{n}.target"]) for n in Examples._fields))
-    drawn = int.from_bytes(digest.digest()[:6], "big")
-    frame, _ = data.read(scene)
-    examples = maker(frame, torch.Generator().manual_seed(drawn))
-    tensors = {
-        f"{name}.{part}": tensor.contiguous()
-        for name, rows in examples._asdict().items()
-        for part, tensor in rows._asdict().items()
-    }
-    write_whole(file, save(tensors))
-    return examples
+def train_boundaries(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:
+    """The weights of the signs of an edge, for `boundaries=learned`."""
+    weights, facts = train_boundary(
+        data, scenes, provenance(cfg, len(scenes)), Path(cfg.cache), cfg.seed, cfg.jobs
+    )
+    save_boundary(Path(f"{cfg.output}.json"), weights, facts)
+    print(f"area under the ROC curve {facts['roc_area']}; weights in {cfg.output}.json")
 
 
-def provenance(cfg: DictConfig, images: int, facts: dict[str, Any]) -> dict[str, Any]:
-    """What the potentials were made of."""
+TARGETS = {"potentials": train_potentials, "stages": train_stages, "boundary": train_boundaries}
+
+
+def provenance(cfg: DictConfig, images: int) -> dict[str, Any]:
+    """Of what, and by what, something was trained."""
     return {
         "date": date.today().isoformat(),
         "versions": {"blockstab": blockstab.__version__, "torch": torch.__version__},
         "images": images,
         "config": json.loads(json.dumps(OmegaConf.to_container(cfg, resolve=False))),
-        "potentials": facts,
     }
 
 

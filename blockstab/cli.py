@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from blockstab.batch import Job, parse_all
+from blockstab.boundaries.combination import Combination, FixedWeights
 from blockstab.datasets.folder import IMAGES, META
 from blockstab.datasets.sets import stamp_of_files
 from blockstab.parser import Parser, Potentials
@@ -20,6 +21,7 @@ from blockstab.percept import estimated_ground, given_ground
 from blockstab.proposals import Proposal
 from blockstab.proposals.felzenszwalb import Felzenszwalb
 from blockstab.proposals.files import SCENE, LabelFile, MaskFile
+from blockstab.proposals.planes import Planes
 from blockstab.proposals.watershed import Watershed
 from blockstab.rgbd.frame import Camera, read_images, read_scene
 from blockstab.search import Search
@@ -40,8 +42,16 @@ class ProposalName(StrEnum):
 
     watershed = "watershed"
     felzenszwalb = "felzenszwalb"
+    planes = "planes"
     labels = "labels"
     files = "files"
+
+
+class BoundaryName(StrEnum):
+    """Values of --boundaries."""
+
+    fixed = "fixed"
+    learned = "learned"
 
 
 class SearchName(StrEnum):
@@ -62,6 +72,7 @@ class UpName(StrEnum):
 PROPOSALS: dict[ProposalName, type[Proposal]] = {
     ProposalName.watershed: Watershed,
     ProposalName.felzenszwalb: Felzenszwalb,
+    ProposalName.planes: Planes,
     ProposalName.labels: LabelFile,
 }
 SEARCHES: dict[SearchName, type[Search]] = {
@@ -85,6 +96,9 @@ def parse(
     masks: Annotated[
         str | None, typer.Option(help="For files: their path, with {scene} for the scene's name.")
     ] = None,
+    boundaries: Annotated[
+        BoundaryName, typer.Option(help="How signs of an edge are weighed.")
+    ] = BoundaryName.fixed,
     search: Annotated[SearchName, typer.Option(help="How it is improved.")] = SearchName.rsamp,
     potentials: Annotated[str, typer.Option(help="mlp, svm, or a file of your own.")] = "mlp",
     up: Annotated[UpName, typer.Option(help="Where the up direction comes from.")] = UpName.estimate,
@@ -105,6 +119,7 @@ def parse(
             proposal=proposal,
             search=SEARCHES[search](),
             potentials=_potentials(potentials),
+            boundaries=_combination(boundaries),
             ground_of=estimated_ground if up is UpName.estimate else given_ground,
             seed=seed,
         )
@@ -202,6 +217,14 @@ def _with_masks(jobs: list[Job], proposal: MaskFile) -> list[Job]:
 
 def _stamp_with(job: Job, file: Path) -> str:
     return f"{job.stamp()} {stamp_of_files([file])}"
+
+
+def _combination(name: BoundaryName) -> Combination:
+    if name is BoundaryName.fixed:
+        return FixedWeights()
+    from models.boundary import load_boundary
+
+    return load_boundary()
 
 
 def _potentials(name: str) -> Potentials:

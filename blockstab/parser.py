@@ -12,7 +12,9 @@ from typing import Protocol
 import torch
 from torch import Tensor
 
+from blockstab.boundaries.combination import Combination, FixedWeights
 from blockstab.energy import Energy, Rating
+from blockstab.features.appearances import Appearances
 from blockstab.features.pairwise import boundaries
 from blockstab.features.unary import unary_features
 from blockstab.interpretation import Interpreter
@@ -64,6 +66,7 @@ class Parser:
         potentials: learned judgements of segments and boundaries.
         rules: how a segmentation is understood.
         ground_of: finds the ground: `estimated_ground` or `given_ground`.
+        boundaries: weighs the signs of an edge between two objects.
         seed: of the search.
     """
 
@@ -72,6 +75,7 @@ class Parser:
     potentials: Potentials
     rules: Rules = field(default_factory=Rules)
     ground_of: GroundFinder = estimated_ground
+    boundaries: Combination = field(default_factory=FixedWeights)
     seed: int = 0
 
     @property
@@ -83,6 +87,7 @@ class Parser:
             self.potentials.sha256,
             self.rules,
             self.ground_of.__name__,
+            self.boundaries,
             self.seed,
         )
         return " ".join(str(part) for part in parts)
@@ -91,7 +96,7 @@ class Parser:
         """Understand one image."""
         seconds: dict[str, float] = {}
         with _timed(seconds, "segments"):
-            view = make_view(perceive(frame, self.ground_of), self.proposal)
+            view = make_view(perceive(frame, self.ground_of, self.boundaries), self.proposal)
         with _timed(seconds, "search"):
             problem = self.problem(view)
             generator = torch.Generator().manual_seed(self.seed)
@@ -106,7 +111,7 @@ class Parser:
         return Parsed(
             name=frame.name,
             frame=frame,
-            cloud=view.cloud,
+            cloud=view.percept.cloud,
             label=_painted(scene.segmentation, view.atoms, ids),
             scene=scene,
             ids=ids,
@@ -124,16 +129,17 @@ class Parser:
 
     def problem(self, view: View) -> Problem:
         """What a search on this image may ask."""
-        interpret = Interpreter(view.cloud, view.sight, view.ground, view.atoms, self.rules, view.known)
-        hierarchy = build_hierarchy(view.atoms)
+        percept, atoms = view.percept, view.atoms
+        interpret = Interpreter(percept.cloud, view.sight, percept.ground, atoms, self.rules, view.known)
+        hierarchy = build_hierarchy(atoms)
 
         @cache
         def split_once(segment: Segment) -> tuple[Segment, Segment] | None:
-            parts = split(segment, view.atoms, hierarchy)
-            sizes = [int(view.atoms.pixels[list(part)].sum()) for part in parts or ()]
+            parts = split(segment, atoms, hierarchy)
+            sizes = [int(atoms.pixels[list(part)].sum()) for part in parts or ()]
             return parts if min(sizes, default=0) >= MIN_SEGMENT_PX else None
 
-        energy = Energy(self.potentials.unary, self.potentials.pairwise)
+        energy = Energy(self.potentials.unary, self.potentials.pairwise, Appearances(percept, atoms))
         return Problem(interpret, energy, self.potentials.merge, split_once)
 
 

@@ -9,12 +9,15 @@ import torch
 from torch import Tensor
 
 from blockstab.boundaries import BoundaryMap
+from blockstab.boundaries.combination import Combination, FixedWeights
+from blockstab.boundaries.cues import cues_of
 from blockstab.rgbd.cloud import SENSOR_STEP, Cloud, cloud_from_frame
 from blockstab.rgbd.frame import Frame
 from blockstab.rgbd.ground import Ground, estimate_ground, ground_from_up
 from blockstab.segments.atoms import over_segment
-from blockstab.segments.boundaries import boundary_strength
+from blockstab.segments.planes import PlaneMap, find_planes
 
+_FIXED = FixedWeights()
 _FLAT = 0.9  # cosine to up, of a normal that belongs to the ground
 _FLAT_REACH = (0.01, 2.0)  # metres and sensor steps, the larger: how far from the ground such a pixel may lie
 _REACH = (0.003, 1.0)  # and any other pixel, for at the foot of an object few normals are right
@@ -38,6 +41,7 @@ class Percept:
         cloud: its points, in the world frame.
         ground: the ground plane, and which way is up.
         boundaries: how likely each pixel is to lie between two objects.
+        planes: its large planes.
         fine: (H, W) int64 the over-segmentation: 0 = none, parts from 1, each 4-connected.
     """
 
@@ -45,6 +49,7 @@ class Percept:
     cloud: Cloud
     ground: Ground
     boundaries: BoundaryMap
+    planes: PlaneMap
     fine: Tensor
 
     @property
@@ -79,15 +84,15 @@ def given_ground(frame: Frame, cloud: Cloud) -> Ground:
     return ground_from_up(cloud, frame.up_camera)
 
 
-def perceive(frame: Frame, ground_of: GroundFinder) -> Percept:
-    """Look at an image."""
+def perceive(frame: Frame, ground_of: GroundFinder, combination: Combination = _FIXED) -> Percept:
+    """Look at an image; `combination` weighs the signs of a boundary."""
     cloud = cloud_from_frame(frame)
     ground = ground_of(frame, cloud)
-    return percept_of(frame, cloud.rotated(ground.world_from_camera), ground)
+    return percept_of(frame, cloud.rotated(ground.world_from_camera), ground, combination)
 
 
-def percept_of(frame: Frame, cloud: Cloud, ground: Ground) -> Percept:
+def percept_of(frame: Frame, cloud: Cloud, ground: Ground, combination: Combination = _FIXED) -> Percept:
     """The boundaries and parts of an image whose points, in the world frame, and ground are known."""
-    strength = boundary_strength(frame, cloud)
-    boundaries = BoundaryMap(strength.expand(4, -1, -1), strength)
-    return Percept(frame, cloud, ground, boundaries, over_segment(strength, cloud.valid))
+    boundaries, planes = combination(cues_of(frame)), find_planes(cloud)
+    fine = over_segment(boundaries.strength, cloud.valid, planes.label)
+    return Percept(frame, cloud, ground, boundaries, planes, fine)

@@ -9,9 +9,6 @@ from torch import Tensor
 
 from blockstab.percept import Percept
 from blockstab.proposals import Proposal, Proposed
-from blockstab.rgbd.cloud import Cloud
-from blockstab.rgbd.frame import Frame
-from blockstab.rgbd.ground import Ground
 from blockstab.rgbd.sight import Sight
 from blockstab.segments.atoms import Atoms, join, make_atoms
 from blockstab.segments.segmentation import Segmentation
@@ -19,19 +16,17 @@ from blockstab.segments.segmentation import Segmentation
 
 @dataclass(frozen=True)
 class View:
-    """An image made ready: its points in the world frame, its finest partition, and where to start.
+    """An image made ready: what it shows, its finest partition, and where to start.
 
     Args:
-        frame, cloud, ground: the image, its points (world frame), and the ground.
+        percept: the image, its points in the world frame, and the ground.
         atoms: the finest partition; every proposed region is a set of atoms.
         start: the proposal as a segmentation.
         label: (H, W) int64 the proposal's ids on the pixels of `start`.
         known: (A,) int64, 1 for atoms of known background, 0 for atoms of known objects, -1 for the rest.
     """
 
-    frame: Frame
-    cloud: Cloud
-    ground: Ground
+    percept: Percept
     atoms: Atoms
     start: Segmentation
     label: Tensor
@@ -40,7 +35,8 @@ class View:
     @property
     def sight(self) -> Sight:
         """What the camera saw, and what was hidden from it."""
-        return Sight(self.frame.depth, self.frame.camera, self.ground.world_from_camera)
+        frame = self.percept.frame
+        return Sight(frame.depth, frame.camera, self.percept.ground.world_from_camera)
 
 
 def make_view(percept: Percept, proposal: Proposal) -> View:
@@ -49,15 +45,15 @@ def make_view(percept: Percept, proposal: Proposal) -> View:
     Raises:
         ValueError: if the proposal leaves no region with depth.
     """
-    proposed, fine, cloud = proposal(percept), percept.fine, percept.cloud
+    proposed, fine = proposal(percept), percept.fine
     label = torch.where(fine > 0, proposed.label, 0)
-    partition = _with_depth(join(fine, label), cloud.valid)
+    partition = _with_depth(join(fine, label), percept.cloud.valid)
     if not bool(partition.any()):
         raise ValueError(f"{percept.frame.name}: the proposal leaves no region with depth.")
     atoms = make_atoms(partition, percept.boundaries.strength)
     label = torch.where(atoms.label > 0, label, 0)
     start = Segmentation.from_labels(atoms, label)
-    return View(percept.frame, cloud, percept.ground, atoms, start, label, _known(atoms, label, proposed))
+    return View(percept, atoms, start, label, _known(atoms, label, proposed))
 
 
 def _with_depth(partition: Tensor, valid: Tensor) -> Tensor:

@@ -20,8 +20,16 @@ PAPER = {
     ("axis_error_deg", "Supp-surf"): "7.02° (Block)",
     ("support_accuracy", "Neighbour"): "80.6 % (Block), 52.9 % (SOD)",
     ("support_accuracy", "Stability reasoning"): "91.7 % (Block), 72.9 % (SOD)",
+    ("overlap", "Silberman"): "60.2 % (SOD), 65.9 % (GD), 60.1 % (NYU)",
     ("overlap", "Stability"): "66.7 % (SOD), 69.2 % (GD), 61.0 % (NYU)",
     ("overlap", "R-Samp"): "70.0 % (SOD), 72.3 % (GD), 61.7 % (NYU)",
+}
+# Results that more than one command makes.
+MADE_BY = {
+    "demo": "make demo",
+    **dict.fromkeys(
+        ("proposals_osd", "proposals_objects", "atoms_osd", "atoms_objects"), "make proposals OSD=osd"
+    ),
 }
 NONE = """\
 No results are stored yet. Run `evaluate.py`, copy its `results.json` to `docs/results/` under a name of its own, and
@@ -36,7 +44,7 @@ def tables(files: list[Path]) -> str:
 
 def _section(name: str, results: dict[str, Any]) -> str:
     versions = ", ".join(f"{package} {version}" for package, version in results["versions"].items())
-    command = "make demo" if name == "demo" else _command(results)
+    command = MADE_BY.get(name) or _command(results)
     groups = groupby(results["rows"], key=lambda row: tuple(row["scores"]))
     return f"## {name}\n\n    {command}\n\n{results['data']['images']} images, {versions}.\n\n" + "\n".join(
         _table(list(rows)) for _, rows in groups
@@ -85,6 +93,8 @@ def _cell(row: dict[str, Any], column: str) -> str:
     if mean is None:
         return ""
     low, high = row["ci95"][score]
+    if score == "atoms":
+        return f"{mean:.0f} [{low:.0f}, {high:.0f}]"
     if score.endswith("_deg"):
         return f"{mean:.2f}° [{low:.2f}, {high:.2f}]"
     return f"{100 * mean:.1f} % [{100 * low:.1f}, {100 * high:.1f}]"

@@ -9,8 +9,11 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
+from blockstab.boundaries.combination import Combination, FixedWeights
+from blockstab.energy import Appearance
+from blockstab.features.appearances import Appearances
 from blockstab.features.merging import MERGE_COLUMNS
-from blockstab.features.pairwise import PAIRWISE_COLUMNS, boundaries, pairwise_features
+from blockstab.features.pairwise import PAIRWISE_COLUMNS, boundaries, pairs_of, pairwise_features
 from blockstab.features.unary import UNARY_COLUMNS, unary_features
 from blockstab.interpretation import Interpreter
 from blockstab.percept import estimated_ground, perceive
@@ -19,7 +22,7 @@ from blockstab.proposals.files import LabelFile
 from blockstab.reasoning import Rules
 from blockstab.rgbd.frame import Frame
 from blockstab.scene import Scene
-from blockstab.search.greedy import merge_rows, pairs_of
+from blockstab.search.greedy import merge_rows
 from blockstab.segments.hierarchy import build_hierarchy, split
 from blockstab.view import View, make_view
 from models.overlap import Overlap
@@ -67,11 +70,13 @@ class ExampleMaker:
         proposal: segmentations as they come in practice.
         rules: how a segmentation is understood.
         variants: spoilt segmentations of each kind.
+        boundaries: weighs the signs of an edge between two objects.
     """
 
     proposal: Proposal
     rules: Rules = field(default_factory=Rules)
     variants: int = 5
+    boundaries: Combination = field(default_factory=FixedWeights)
 
     def __call__(self, frame: Frame, generator: torch.Generator) -> Examples:
         """Examples from one image.
@@ -81,14 +86,15 @@ class ExampleMaker:
         """
         if frame.label is None:
             raise ValueError(f"{frame.name} has no label.png; training needs the true segments.")
-        percept = perceive(frame, estimated_ground)
+        percept = perceive(frame, estimated_ground, self.boundaries)
         views = [make_view(percept, proposal) for proposal in (LabelFile(), self.proposal)]
         return joined([self._of_view(view, frame.label, generator) for view in views])
 
     def _of_view(self, view: View, label: Tensor, generator: torch.Generator) -> Examples:
         hierarchy = build_hierarchy(view.atoms)
         overlap = Overlap(view.atoms, label)
-        interpret = Interpreter(view.cloud, view.sight, view.ground, view.atoms, self.rules, view.known)
+        percept, appearance = view.percept, Appearances(view.percept, view.atoms)
+        interpret = Interpreter(percept.cloud, view.sight, percept.ground, view.atoms, self.rules, view.known)
         (start,) = interpret([view.start])
         background = zip(view.start.segments, start.background.tolist(), strict=True)
         objects = frozenset(atom for segment, apart in background if not apart for atom in segment)
@@ -100,14 +106,19 @@ class ExampleMaker:
             for _ in range(self.variants)
         ]
         scenes = interpret(list(dict.fromkeys([view.start, *spoilt])))
-        parts = [_rows_of(scene, overlap) for scene in scenes]
+        parts = [_rows_of(scene, overlap, appearance) for scene in scenes]
         # Greedy merging starts from too many segments: from the start, and from what splits alone make of it.
         few = [scene for scene in scenes if len(scene) >= len(start)][: 1 + self.variants // 2]
-        problem_rows = [self._merges(scene, overlap, interpret, generator) for scene in few]
+        problem_rows = [self._merges(scene, overlap, interpret, appearance, generator) for scene in few]
         return joined([*parts, *problem_rows])
 
     def _merges(
-        self, scene: Scene, overlap: Overlap, interpret: Interpreter, generator: torch.Generator
+        self,
+        scene: Scene,
+        overlap: Overlap,
+        interpret: Interpreter,
+        appearance: Appearance,
+        generator: torch.Generator,
     ) -> Examples:
         pairs = pairs_of(scene)
         chosen = torch.randperm(len(pairs), generator=generator)[:MERGES_JUDGED].sort().values.tolist()
@@ -115,17 +126,18 @@ class ExampleMaker:
         if not pairs:
             return Examples(_no_rows("unary"), _no_rows("pairwise"), _no_rows("merge"))
         apart = [float(overlap.owner(a) != overlap.owner(b)) for a, b in pairs]
-        rows = Rows(merge_rows(scene, pairs, interpret), torch.tensor(apart, dtype=torch.float64))
+        features = merge_rows(scene, pairs, interpret, appearance)
+        rows = Rows(features, torch.tensor(apart, dtype=torch.float64))
         return Examples(_no_rows("unary"), _no_rows("pairwise"), rows)
 
 
-def _rows_of(scene: Scene, overlap: Overlap) -> Examples:
+def _rows_of(scene: Scene, overlap: Overlap, appearance: Appearance) -> Examples:
     objects = ~scene.background
     bad = (overlap.best(scene.segmentation) < GOOD_OVERLAP).to(torch.float64)
     first, second = boundaries(scene)
     return Examples(
         Rows(unary_features(scene)[objects], bad[objects]),
-        Rows(pairwise_features(scene), torch.maximum(bad[first], bad[second])),
+        Rows(pairwise_features(scene, appearance(pairs_of(scene))), torch.maximum(bad[first], bad[second])),
         _no_rows("merge"),
     )
 

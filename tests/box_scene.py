@@ -1,4 +1,4 @@
-"""Scenes made of boxes alone: one atom for each box, and all boxes neighbours in the image."""
+"""Scenes made of boxes alone: one atom for each box, all boxes neighbours in the image, and all looking alike."""
 
 from __future__ import annotations
 
@@ -9,12 +9,18 @@ from torch import Tensor
 
 from blockstab.boxes.box import Boxes
 from blockstab.boxes.separation import separation
+from blockstab.features.appearance import APPEARANCE_COLUMNS
 from blockstab.rgbd.ground import Ground
 from blockstab.scene import Pairs, Scene
-from blockstab.segments.segmentation import Segmentation
+from blockstab.segments.segmentation import Pair, Segmentation
 from tests.worlds import Block, build, judge_boxes
 
 FIT_MEAN, FIT_VARIANCE, VISIBLE = 0.002, 1e-6, 0.75
+
+
+def alike(pairs: Sequence[Pair]) -> Tensor:
+    """The appearance of pairs that look the same in every way, (P, 51)."""
+    return torch.zeros(len(pairs), len(APPEARANCE_COLUMNS), dtype=torch.float64)
 
 
 def scene_of(*blocks: Block, pixels: Sequence[int] | None = None) -> Scene:

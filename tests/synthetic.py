@@ -37,6 +37,7 @@ BLOCKS = (
     Block(0.06, 0, 0.12, 0.06, z=0.06, d=0.1),
     Block(0.13, 0, 0.08, 0.16, z=-0.1, d=0.08),
 )
+LEAST_PX = 40  # of a part
 SHADES = (190, 60, 150, 100, 215)
 
 
@@ -113,17 +114,20 @@ def view_of(photo: Photograph, proposal: Proposal | None = None) -> View:
 
 def interpreter(view: View, rules: Rules | None = None) -> Interpreter:
     """One that has understood nothing yet."""
-    return Interpreter(view.cloud, view.sight, view.ground, view.atoms, rules or Rules(), view.known)
+    cloud, ground = view.percept.cloud, view.percept.ground
+    return Interpreter(cloud, view.sight, ground, view.atoms, rules or Rules(), view.known)
 
 
 def over_split(view: View, rounds: int = 1) -> Segmentation:
-    """The start with every object split in two, each part again, and so on."""
+    """The start with every object split in two, each part again, and so on, but into no specks: of these few points
+    fit any box, so they tell nothing about a search."""
     hierarchy, background = build_hierarchy(view.atoms), view.start.segments[0]
     now = view.start
     for _ in range(rounds):
         for segment in now.segments:
             parts = split(segment, view.atoms, hierarchy) if segment != background else None
-            now = now if parts is None else now.replace(now.segments.index(segment), parts)
+            if parts and min(int(view.atoms.pixels[list(part)].sum()) for part in parts) >= LEAST_PX:
+                now = now.replace(now.segments.index(segment), parts)
     return now
 
 

@@ -9,12 +9,15 @@ import pytest
 import torch
 
 from blockstab.energy import NEUTRAL, Energy
+from blockstab.features.appearances import Appearances
 from blockstab.features.pairwise import PAIRWISE_COLUMNS
 from blockstab.features.unary import UNARY_COLUMNS
 from blockstab.scene import Scene
+from blockstab.view import View
+from models.checkpoint import Potentials
 from models.heads import LinearHead, MLPHead
 from tests import worlds
-from tests.box_scene import scene_of
+from tests.box_scene import alike, scene_of
 from tests.synthetic import BLOCKS, interpreter, photograph, variants, view_of
 from tests.tolerance import EXACT
 from tests.toy_potentials import random_potentials, toy_potentials
@@ -24,6 +27,7 @@ from tests.worlds import Block
 ENERGY = Energy(
     lambda rows: rows[:, UNARY_COLUMNS.index("visible_share")],
     lambda rows: rows[:, PAIRWISE_COLUMNS.index("center_distance")],
+    alike,
 )
 ROW = (Block(0, 0, 0.1, 0.1), Block(0.3, 0, 0.1, 0.1), Block(0.9, 0, 0.1, 0.1))
 
@@ -61,7 +65,7 @@ def test_no_scene_has_no_rating():
 @pytest.mark.parametrize("head", [LinearHead, MLPHead])
 def test_the_rating_of_a_scene_does_not_depend_on_the_scenes_rated_with_it(head):
     potentials = random_potentials(head)
-    energy = Energy(potentials.unary, potentials.pairwise)
+    energy = Energy(potentials.unary, potentials.pairwise, alike)
     scenes = [scene_of(*blocks) for blocks in (worlds.BRIDGE, ROW, ROW[:1], worlds.COUNTERWEIGHT)] * 9
     for together, scene in zip(energy(scenes), scenes, strict=True):
         (alone,) = energy([scene])
@@ -71,30 +75,50 @@ def test_the_rating_of_a_scene_does_not_depend_on_the_scenes_rated_with_it(head)
 
 
 @cache
+def view() -> View:
+    """Blocks on a table."""
+    return view_of(photograph(*BLOCKS))
+
+
+@cache
 def scenes_by_order() -> dict[str, list[Scene]]:
     """The same segmentations, understood in different company."""
-    view = view_of(photograph(*BLOCKS))
-    many, grown = variants(view, 20), interpreter(view)
+    many, grown = variants(view(), 20), interpreter(view())
     return {
-        "together": interpreter(view)(many),
-        "backwards": interpreter(view)(many[::-1])[::-1],
+        "together": interpreter(view())(many),
+        "backwards": interpreter(view())(many[::-1])[::-1],
         "in turn": [grown([one])[0] for one in many],
-        "each anew": [interpreter(view)([one])[0] for one in many],
+        "each anew": [interpreter(view())([one])[0] for one in many],
     }
+
+
+def looking_at_the_blocks(potentials: Potentials) -> Energy:
+    """Eq. 2 for their image, of which nothing has been looked at yet."""
+    appearance = Appearances(view().percept, view().atoms)
+    return Energy(potentials.unary, potentials.pairwise, appearance)
 
 
 @pytest.mark.parametrize("head", [LinearHead, MLPHead])
 def test_the_same_partition_has_the_same_energy_in_any_order_of_evaluation(head):
     potentials = random_potentials(head)
-    energy = Energy(potentials.unary, potentials.pairwise)
-    expected = [rating.energy for rating in energy(scenes_by_order()["together"])]
+    expected = [rating.energy for rating in looking_at_the_blocks(potentials)(scenes_by_order()["together"])]
     for order, scenes in scenes_by_order().items():
+        energy = looking_at_the_blocks(potentials)
         assert [energy([scene])[0].energy for scene in scenes] == expected, order
+        energy = looking_at_the_blocks(potentials)
+        assert [rating.energy for rating in energy(scenes[::-1])][::-1] == expected, order
+
+
+def test_how_segments_look_counts():
+    scenes, potentials = scenes_by_order()["together"], random_potentials()
+    blind = Energy(potentials.unary, potentials.pairwise, alike)
+    for one, other in zip(looking_at_the_blocks(potentials)(scenes), blind(scenes), strict=True):
+        assert torch.equal(one.unary, other.unary)
+        assert bool((one.pairwise != other.pairwise).all())
 
 
 def test_convention_lower_energy_is_better():
-    view, potentials = view_of(photograph(*BLOCKS)), toy_potentials()
-    truth, *spoilt = interpreter(view)(variants(view, 12))
-    best, *worse = Energy(potentials.unary, potentials.pairwise)([truth, *spoilt])
+    truth, *spoilt = interpreter(view())(variants(view(), 12))
+    best, *worse = looking_at_the_blocks(toy_potentials())([truth, *spoilt])
     assert all(best.energy < rating.energy for rating in worse)
     assert bool((best.unary[~truth.background] < worse[0].unary.amax()).all())

@@ -19,6 +19,7 @@ ORDER = (
         "rgbd",
         "segments",
         "boundaries",
+        "percept",
         "boxes",
         "stability",
         "scene",
@@ -26,7 +27,7 @@ ORDER = (
         "reasoning",
         "interpretation",
     ),
-    *("features", "percept", "proposals", "energy", "search", "parsed", "view", "parser"),
+    *("features", "proposals", "energy", "search", "parsed", "view", "parser"),
     *("draw", "figures", "report", "export", "batch"),
     *("metrics", "datasets", "simulation", "scoring", "cli"),
 )

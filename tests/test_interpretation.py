@@ -175,7 +175,8 @@ def test_a_box_whose_foot_is_hidden_reaches_down_to_the_table():
 
 def test_without_a_ground_the_lowest_points_bear():
     view = view_of(photograph(*BLOCKS))
-    adrift = replace(view, ground=replace(view.ground, height=None))
+    ground = replace(view.percept.ground, height=None)
+    adrift = replace(view, percept=replace(view.percept, ground=ground))
     (scene,) = interpreter(adrift)([view.start])
     assert bool((scene.supports.supporter == GROUND).any())
 
@@ -185,8 +186,9 @@ def test_turning_the_world_about_the_vertical_turns_the_boxes_and_changes_no_ver
     view = view_of(photograph(*BLOCKS))
     cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     turn = torch.tensor([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]], dtype=torch.float64)
-    ground = replace(view.ground, world_from_camera=turn @ view.ground.world_from_camera)
-    turned = replace(view, cloud=view.cloud.rotated(turn), ground=ground)
+    percept = view.percept
+    ground = replace(percept.ground, world_from_camera=turn @ percept.ground.world_from_camera)
+    turned = replace(view, percept=replace(percept, cloud=percept.cloud.rotated(turn), ground=ground))
     (before,), (after,) = interpreter(view)([view.start]), interpreter(turned)([view.start])
     torch.testing.assert_close(after.boxes.center, before.boxes.rotated(turn).center, rtol=0.0, atol=1e-6)
     assert after.supports.supporter.tolist() == before.supports.supporter.tolist()
@@ -237,9 +239,9 @@ def test_a_move_costs_the_box_that_is_new_and_re_fits_about_it():
 def test_an_atom_without_depth_is_refused():
     view = view_of(photograph(*BLOCKS))
     hole = view.atoms.label == 3
-    cloud = replace(view.cloud, valid=view.cloud.valid & ~hole)
+    cloud = replace(view.percept.cloud, valid=view.percept.cloud.valid & ~hole)
     with pytest.raises(ValueError, match="Atom 3 holds no pixel with depth"):
-        Interpreter(cloud, view.sight, view.ground, view.atoms, Rules())
+        Interpreter(cloud, view.sight, view.percept.ground, view.atoms, Rules())
 
 
 def test_the_thresholds_of_background_are_those_given():

@@ -1,15 +1,17 @@
-"""The 12 features of two neighbouring segments from their boxes (paper, Table 1, bottom)."""
+"""The 63 features of two neighbouring segments (paper, Table 1, bottom): 12 of their boxes, 51 of how they look."""
 
 from __future__ import annotations
 
 import torch
 from torch import Tensor
 
+from blockstab.features.appearance import APPEARANCE_COLUMNS
 from blockstab.features.unary import UNSUPPORTED_M, intersections
 from blockstab.scene import Scene
+from blockstab.segments.segmentation import Pair
 from blockstab.stability.area import on_ground
 
-PAIRWISE_COLUMNS = (
+BOX_COLUMNS = (
     "intersections_larger",
     "intersections_smaller",
     "overlap_relative_larger",
@@ -23,6 +25,7 @@ PAIRWISE_COLUMNS = (
     "center_distance",
     "offset_from_support",
 )
+PAIRWISE_COLUMNS = (*BOX_COLUMNS, *APPEARANCE_COLUMNS)
 _MIN_VOLUME = 1e-6  # cubic metres
 
 
@@ -38,8 +41,24 @@ def boundaries(scene: Scene) -> tuple[Tensor, Tensor]:
     return torch.where(in_order, first, second), torch.where(in_order, second, first)
 
 
-def pairwise_features(scene: Scene) -> Tensor:
-    """Features of each pair of `boundaries(scene)`, (M, 12) float64, in the order of `PAIRWISE_COLUMNS`."""
+def pairs_of(scene: Scene) -> list[Pair]:
+    """The segments of each pair of `boundaries(scene)`."""
+    segments = scene.segmentation.segments
+    larger, smaller = boundaries(scene)
+    return [(segments[a], segments[b]) for a, b in zip(larger.tolist(), smaller.tolist(), strict=True)]
+
+
+def pairwise_features(scene: Scene, appearance: Tensor) -> Tensor:
+    """Features of each pair of `boundaries(scene)`, (M, 63) float64, in the order of `PAIRWISE_COLUMNS`.
+
+    Args:
+        appearance: (M, 51) how the pairs of `pairs_of(scene)` look, in the order of `APPEARANCE_COLUMNS`.
+    """
+    return torch.cat([box_features(scene), appearance], dim=1)
+
+
+def box_features(scene: Scene) -> Tensor:
+    """What the boxes of each pair of `boundaries(scene)` say, (M, 12) float64, in the order of `BOX_COLUMNS`."""
     larger, smaller = boundaries(scene)
     n = len(scene)
     gap = torch.zeros(n, n, dtype=torch.float64)

@@ -20,7 +20,7 @@ class Problem:
     Args:
         interpret: understands segmentations of the image.
         energy: rates scenes; lower is better.
-        merge: features of possible merges (K, 70) to (K,): 0 for pairs that should merge, else 1.
+        merge: features of possible merges (K, 121) to (K,): 0 for pairs that should merge, else 1.
         split: the two parts that a segment falls into first, or None if it cannot be split.
     """
 

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from blockstab.energy import Appearance
 from blockstab.features.merging import merge_features
-from blockstab.features.pairwise import boundaries
+from blockstab.features.pairwise import pairs_of
 from blockstab.features.unary import unary_features
 from blockstab.interpretation import Interpreter
 from blockstab.scene import Scene
 from blockstab.search import Found, Problem
-from blockstab.segments.segmentation import Segment, Segmentation
-
-Pair = tuple[Segment, Segment]  # the larger segment first
+from blockstab.segments.segmentation import Pair, Segment, Segmentation
 
 
 @dataclass(frozen=True)
@@ -45,8 +44,8 @@ class Greedy:
             trace.append(rating.energy)
 
 
-def merge_rows(scene: Scene, pairs: list[Pair], interpret: Interpreter) -> Tensor:
-    """Features of merging each pair, (K, 70): every merge is understood in the whole scene, all in one batch."""
+def merge_rows(scene: Scene, pairs: list[Pair], interpret: Interpreter, appearance: Appearance) -> Tensor:
+    """Features of merging each pair, (K, 121): every merge is understood in the whole scene, all in one batch."""
     merged = [_merged(scene.segmentation, pair) for pair in pairs]
     after = [
         unary_features(outcome)[outcome.segmentation.segments.index(first | second)]
@@ -55,22 +54,14 @@ def merge_rows(scene: Scene, pairs: list[Pair], interpret: Interpreter) -> Tenso
     index = {segment: i for i, segment in enumerate(scene.segmentation.segments)}
     larger = torch.tensor([index[first] for first, _ in pairs], dtype=torch.long)
     smaller = torch.tensor([index[second] for _, second in pairs], dtype=torch.long)
-    return merge_features(unary_features(scene), larger, smaller, torch.stack(after))
+    return merge_features(unary_features(scene), larger, smaller, torch.stack(after), appearance(pairs))
 
 
 def _judge(scene: Scene, pairs: list[Pair], problem: Problem, known: dict[Pair, float]) -> None:
     """Add the predicted badness of merging each pair to `known`."""
     if pairs:
-        known.update(
-            zip(pairs, problem.merge(merge_rows(scene, pairs, problem.interpret)).tolist(), strict=True)
-        )
-
-
-def pairs_of(scene: Scene) -> list[Pair]:
-    """The pairs of neighbouring objects that could merge."""
-    segments = scene.segmentation.segments
-    larger, smaller = boundaries(scene)
-    return [(segments[a], segments[b]) for a, b in zip(larger.tolist(), smaller.tolist(), strict=True)]
+        rows = merge_rows(scene, pairs, problem.interpret, problem.energy.appearance)
+        known.update(zip(pairs, problem.merge(rows).tolist(), strict=True))
 
 
 def _neighbours(pairs: list[Pair], chosen: Pair) -> set[Segment]:

@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 
-import numpy as np
 import torch
 import torch.nn.functional as F
-from kornia.filters import gaussian_blur2d
-from skimage.measure import label as components
-from skimage.morphology import local_minima
-from skimage.segmentation import watershed
 from torch import Tensor
 
 from blockstab.segments.contraction import borders_between, smallest_first
-from blockstab.segments.gaps import without_gaps
+from blockstab.segments.flooding import basins
+from blockstab.segments.gaps import fill_gaps, without_gaps
+from blockstab.segments.pieces import connected_pieces, without_small_pieces
 
 MIN_ATOM_PX = 25
-
-_LEVEL = 0.02  # minima of the strength that differ by less are one
-_BLUR_PX = 1.0  # standard deviation
 
 
 @dataclass(frozen=True)
@@ -77,29 +72,29 @@ def make_atoms(label: Tensor, strength: Tensor) -> Atoms:
     return Atoms(label, pixels, pairs // max(count, 1), pairs % max(count, 1), border_px, total / border_px)
 
 
-def over_segment(strength: Tensor, valid: Tensor) -> Tensor:
-    """Cut an image into atoms by flooding its boundary strength.
-
-    Markers are the regional minima of the slightly blurred strength, 4-connected like the flood.
+def over_segment(strength: Tensor, valid: Tensor, plane: Tensor | None = None) -> Tensor:
+    """Cut an image into atoms by flooding its boundary strength, and along its planes.
 
     Args:
         strength: (H, W) float64, 0 to 1.
         valid: (H, W) bool, where depth was measured.
+        plane: (H, W) int64, which plane a pixel lies on, 0 = none. An atom keeps to one, or to none, but for what is
+            smaller than an atom, or so slim that no square of 3 x 3 pixels fits in it: that joins a neighbour.
 
     Returns:
         (H, W) int64, 0 = none, atoms from 1. Every atom is 4-connected and has at least `MIN_ATOM_PX` pixels.
         Together they cover the valid pixels and the small gaps between them, but for islands that are smaller
         than an atom.
     """
-    area = _without_islands(without_gaps(valid))
-    size = 2 * round(3 * _BLUR_PX) + 1
-    blurred = gaussian_blur2d(strength[None, None], (size, size), (_BLUR_PX, _BLUR_PX))[0, 0]
-    level = torch.where(area, blurred / _LEVEL, torch.inf).floor()
-    # The frame of high values makes a picture without any edge one minimum, instead of none.
-    minima = local_minima(F.pad(level, (1, 1, 1, 1), value=torch.inf).numpy(), connectivity=1)[1:-1, 1:-1]
-    markers = components(minima & area.numpy(), connectivity=1)
-    flooded = watershed(strength.numpy(), markers, mask=area.numpy(), connectivity=1)
-    return absorb_small(make_atoms(torch.from_numpy(flooded).to(torch.int64), strength), MIN_ATOM_PX)
+    area = without_small_pieces(without_gaps(valid).to(torch.int64), MIN_ATOM_PX) > 0
+    parts = basins(strength, area)
+    if plane is not None:
+        # Gaps have no plane of their own, and lie between pixels that do.
+        plane = fill_gaps(torch.where(valid, plane + 1, 0))
+        parts = connected_pieces(torch.where(area, plane * (parts.max() + 1) + parts, 0))
+    atoms = make_atoms(parts, strength)
+    # Where two edges run side by side, as that of a basin and that of a plane, what lies between means nothing.
+    return absorb_small(replace(atoms, pixels=torch.where(_slim(atoms), 0, atoms.pixels)), MIN_ATOM_PX)
 
 
 def absorb_small(atoms: Atoms, least_px: int) -> Tensor:
@@ -133,7 +128,7 @@ def join(fine: Tensor, coarse: Tensor) -> Tensor:
             "pixels; compute both from the same image."
         )
     both = torch.where(coarse > 0, coarse * (fine.max() + 1) + fine, 0)
-    parts = make_atoms(_components(both), torch.zeros(both.shape, dtype=torch.float64))
+    parts = make_atoms(connected_pieces(both), torch.zeros(both.shape, dtype=torch.float64))
     region = torch.zeros(len(parts) + 1, dtype=torch.int64)
     region[parts.label] = coarse
     same = region[parts.first + 1] == region[parts.second + 1]
@@ -157,13 +152,11 @@ def _meeting(
     return pair, torch.maximum(strength_a[border], strength_b[border])
 
 
-def _components(label: Tensor) -> Tensor:
-    """(H, W) int64: the 4-connected pieces of each label, from 1."""
-    return torch.from_numpy(np.asarray(components(label.numpy(), connectivity=1), dtype=np.int64))
-
-
-def _without_islands(mask: Tensor) -> Tensor:
-    """The mask without its 4-connected pieces of fewer than `MIN_ATOM_PX` pixels."""
-    pieces = _components(mask.to(torch.int64))
-    large = torch.bincount(pieces.flatten()) >= MIN_ATOM_PX
-    return mask & large[pieces]
+def _slim(atoms: Atoms) -> Tensor:
+    """(A,) bool: the atoms in which no square of 3 x 3 pixels fits."""
+    height, width = atoms.label.shape
+    padded = F.pad(atoms.label, (1, 1, 1, 1))
+    inner = atoms.label > 0
+    for row, column in product(range(3), repeat=2):
+        inner &= padded[row : row + height, column : column + width] == atoms.label
+    return torch.bincount(atoms.label[inner], minlength=len(atoms) + 1)[1:] == 0

@@ -46,6 +46,64 @@ def build_hierarchy(atoms: Atoms) -> Hierarchy:
     return Hierarchy(borders, order[:, 0], order[:, 1], mean.cummax(dim=0).values if merges else mean)
 
 
+def joined_at(hierarchy: Hierarchy, first: Tensor, second: Tensor) -> Tensor:
+    """The height at which two atoms become one part.
+
+    Args:
+        first, second: (E,) int64 atom indices; pair e is `first[e]`, `second[e]`.
+
+    Returns:
+        (E,) float64; 0 for an atom and itself, infinite where no merge joins the two.
+    """
+    merges, atoms = len(hierarchy.height), len(hierarchy.borders)
+    # Every merge takes the name of one part away: follow each atom's name, earliest merge first, until the two agree.
+    gone_in, name = torch.full((atoms,), merges), torch.arange(atoms)
+    gone_in[hierarchy.second], name[hierarchy.second] = torch.arange(merges), hierarchy.first
+    height = torch.cat([hierarchy.height, hierarchy.height.new_tensor([torch.inf, 0.0])])
+    last = torch.full_like(first, -1)
+    while bool((apart := first != second).any()):
+        swap = gone_in[first] > gone_in[second]
+        first, second = torch.where(swap, second, first), torch.where(swap, first, second)
+        last = torch.where(apart, gone_in[first], last)
+        first = torch.where(gone_in[first] == merges, second, torch.where(apart, name[first], first))
+    return height[last]
+
+
+def ultrametric_map(hierarchy: Hierarchy, atoms: Atoms) -> Tensor:
+    """The hierarchy as an image of its boundaries (Arbelaez et al. 2011), in double size.
+
+    Pixel (r, c) of the image is at (2 r + 1, 2 c + 1), and the crack between it and its right neighbour at
+    (2 r + 1, 2 c + 2). A crack has the height at which the atoms on its two sides become one part, 0 inside an atom;
+    a corner has that of its highest crack. What has no atom is 1, and so are cracks beside it and the image's rim.
+
+    Args:
+        hierarchy: of the atoms.
+        atoms: each 4-connected, so that every part is.
+
+    Returns:
+        (2 H + 1, 2 W + 1) float64, 0 to 1. For any threshold below 1, the 4-connected pieces of what is not above it
+        are the segments of `hierarchy.cut(threshold)`.
+    """
+    rows, columns = atoms.label.shape
+    image = torch.ones(2 * rows + 1, 2 * columns + 1, dtype=torch.float64)
+    image[1::2, 1::2] = (atoms.label == 0).double()
+    image[1::2, 2:-1:2] = _crack_heights(hierarchy, atoms.label[:, :-1], atoms.label[:, 1:])
+    image[2:-1:2, 1::2] = _crack_heights(hierarchy, atoms.label[:-1], atoms.label[1:])
+    beside = torch.maximum(image[2:-1:2, 1:-2:2], image[2:-1:2, 3::2])
+    image[2:-1:2, 2:-1:2] = beside.maximum(image[1:-2:2, 2:-1:2]).maximum(image[3::2, 2:-1:2])
+    return image
+
+
+def _crack_heights(hierarchy: Hierarchy, one: Tensor, other: Tensor) -> Tensor:
+    """The heights of cracks between atoms of labels `one` and `other`, of any shape; 1 where one of them is none."""
+    height = torch.ones_like(one, dtype=torch.float64)
+    inner = (one > 0) & (other > 0)
+    sides = torch.stack([one[inner], other[inner]]) - 1
+    pairs, place = torch.unique(sides, dim=1, return_inverse=True)
+    height[inner] = joined_at(hierarchy, *pairs)[place]
+    return height
+
+
 def split(segment: Segment, atoms: Atoms, hierarchy: Hierarchy) -> tuple[Segment, Segment] | None:
     """Divide a segment along the strongest border within it (paper, section 7.2).
 

@@ -13,6 +13,7 @@ from torch import Tensor
 from blockstab.segments.atoms import Atoms
 
 Segment = frozenset[int]  # atom indices
+Pair = tuple[Segment, Segment]
 
 NEIGHBOUR_PX = 5  # segments that share less border are no neighbours
 

@@ -34,7 +34,7 @@ STAGES = (
     Stage(1, 1, "Supports", "who may hold whom", "stability/support.py", GEOMETRY),
     Stage(0, 1, "Balance", "what stands, on what", "stability/balance.py", GEOMETRY),
     Stage(0, 2, "Scene", "all of it, in one value", "interpretation.py", GEOMETRY),
-    Stage(1, 2, "Features", "30 a segment, 12 a pair", "features/", LEARNED),
+    Stage(1, 2, "Features", "30 a segment, 63 a pair", "features/", LEARNED),
     Stage(2, 2, "Potentials", "lower is better", "models/heads.py", LEARNED),
     Stage(3, 2, "Energy", "one number (Eq. 2)", "energy.py", LEARNED),
     Stage(4, 2, "Search", "the least energy", "search/rsamp.py", PARTS),

@@ -6,16 +6,19 @@ import re
 import sys
 from typing import Any
 
+import numpy as np
 import pytest
 import torch
 from hydra.errors import ConfigCompositionException
 from hydra.utils import instantiate
+from PIL import Image
 
 from blockstab.parser import Parser
 from models.heads import HEADS
 from tests.block_scene import STACK, picture
 from tests.docs.pages import DOCS, blocks, commands, composed
 from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.tolerance import EXACT
 from tests.toy_potentials import toy_potentials
 
 PAGE = DOCS / "extend.md"
@@ -50,6 +53,8 @@ def test_the_code_of_the_page_runs(mine):
     assert names["parsed"].energy == trace[-1]
     badness = names["unary"].badness(names["rows"].features)
     assert badness.shape == names["rows"].target.shape
+    stored = np.asarray(Image.open("my_scene/ucm.png"), dtype=float) / 65535
+    assert np.abs(stored - names["ucm"].numpy()).max() <= 0.5 / 65535 + EXACT
 
 
 def test_the_proposal_of_the_page_finds_the_blocks(mine):

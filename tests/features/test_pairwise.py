@@ -1,4 +1,4 @@
-"""The 12 features of two neighbours, against values worked by hand."""
+"""The features of two neighbours: those of their boxes against values worked by hand, then those of how they look."""
 
 from __future__ import annotations
 
@@ -8,10 +8,18 @@ from dataclasses import replace
 import pytest
 import torch
 
-from blockstab.features.pairwise import PAIRWISE_COLUMNS, boundaries, pairwise_features
+from blockstab.features.appearance import APPEARANCE_COLUMNS
+from blockstab.features.pairwise import (
+    BOX_COLUMNS,
+    PAIRWISE_COLUMNS,
+    boundaries,
+    box_features,
+    pairs_of,
+    pairwise_features,
+)
 from blockstab.scene import Scene
 from tests import worlds
-from tests.box_scene import scene_of, scene_of_boxes
+from tests.box_scene import alike, scene_of, scene_of_boxes
 from tests.tolerance import EXACT
 from tests.worlds import Block
 
@@ -19,7 +27,7 @@ VOLUME = 0.2 * 0.1 * 0.1
 
 
 def rows(scene: Scene) -> list[dict[str, float]]:
-    return [dict(zip(PAIRWISE_COLUMNS, values, strict=True)) for values in pairwise_features(scene).tolist()]
+    return [dict(zip(BOX_COLUMNS, values, strict=True)) for values in box_features(scene).tolist()]
 
 
 def judged(scene: Scene) -> list[tuple[int, int]]:
@@ -27,9 +35,25 @@ def judged(scene: Scene) -> list[tuple[int, int]]:
     return list(zip(first.tolist(), second.tolist(), strict=True))
 
 
-def test_there_are_12_columns_each_with_its_own_name():
-    assert pairwise_features(scene_of(*worlds.STACK)).shape == (1, 12)
-    assert len(set(PAIRWISE_COLUMNS)) == 12
+def test_there_are_63_columns_each_with_its_own_name():
+    # 12 of boxes, the type of support in three of them, and 51 of how the two look.
+    scene = scene_of(*worlds.STACK)
+    assert pairwise_features(scene, alike(pairs_of(scene))).shape == (1, 63)
+    assert len(set(PAIRWISE_COLUMNS)) == len(PAIRWISE_COLUMNS) == 63
+    assert [len(BOX_COLUMNS), len(APPEARANCE_COLUMNS)] == [12, 51]
+
+
+def test_how_a_pair_looks_follows_what_its_boxes_say(generator):
+    scene = scene_of(*worlds.STACK, Block(1, 0, 0.1, 0.1))
+    looks = torch.rand(3, 51, dtype=torch.float64, generator=generator)
+    features = pairwise_features(scene, looks)
+    assert torch.equal(features[:, :12], box_features(scene))
+    assert torch.equal(features[:, 12:], looks)
+
+
+def test_pairs_are_named_by_their_segments():
+    scene = scene_of(*worlds.STACK, pixels=(100, 200))
+    assert pairs_of(scene) == [(frozenset({1}), frozenset({0}))]
 
 
 @pytest.mark.parametrize(
@@ -48,7 +72,7 @@ def test_only_objects_that_share_a_border_are_judged():
 
 @pytest.mark.parametrize("blocks", [(Block(0, 0, 0.1, 0.1),), (Block(0, 0, 0.1, 0.1, fixed=True),) * 2])
 def test_a_scene_without_pairs_has_no_rows(blocks):
-    assert pairwise_features(scene_of(*blocks)).shape == (0, 12)
+    assert box_features(scene_of(*blocks)).shape == (0, 12)
 
 
 def test_a_block_on_a_block_is_supported_by_its_surface():
@@ -94,7 +118,7 @@ def test_stability_is_told_of_each():
 
 @pytest.mark.parametrize("blocks", [worlds.LEANING_PLANK, worlds.TENT, (Block(0, 1, 0.1, 0.1),) * 2])
 def test_features_are_finite(blocks):
-    assert bool(pairwise_features(scene_of(*blocks)).isfinite().all())
+    assert bool(box_features(scene_of(*blocks)).isfinite().all())
 
 
 @pytest.mark.parametrize("degrees", [37.0, 211.0])
@@ -102,8 +126,8 @@ def test_turning_the_world_about_the_vertical_changes_no_feature(degrees):
     boxes, movable = worlds.build(*worlds.COUNTERWEIGHT)
     cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     turn = torch.tensor([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]], dtype=torch.float64)
-    before = pairwise_features(scene_of_boxes(boxes, movable))
-    after = pairwise_features(scene_of_boxes(boxes.rotated(turn), movable))
+    before = box_features(scene_of_boxes(boxes, movable))
+    after = box_features(scene_of_boxes(boxes.rotated(turn), movable))
     torch.testing.assert_close(after, before, rtol=EXACT, atol=EXACT)
 
 
@@ -111,8 +135,8 @@ def test_renumbering_the_segments_permutes_the_rows():
     blocks, pixels, order = worlds.COUNTERWEIGHT, (100, 140, 120), (2, 0, 1)
     scene = scene_of(*blocks, pixels=pixels)
     renumbered = scene_of(*(blocks[k] for k in order), pixels=[pixels[k] for k in order])
-    before = dict(zip(judged(scene), pairwise_features(scene), strict=True))
-    after = dict(zip(judged(renumbered), pairwise_features(renumbered), strict=True))
+    before = dict(zip(judged(scene), box_features(scene), strict=True))
+    after = dict(zip(judged(renumbered), box_features(renumbered), strict=True))
     assert {(order[a], order[b]) for a, b in after} == before.keys()
     for (a, b), values in after.items():
         torch.testing.assert_close(values, before[order[a], order[b]], rtol=EXACT, atol=EXACT)

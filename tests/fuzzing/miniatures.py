@@ -24,16 +24,20 @@ from blockstab.datasets.sets import FolderScenes, SceneSet
 from blockstab.datasets.splits import Halves, scenes_of
 from blockstab.datasets.sunrgbd import SUNRGBD
 from blockstab.datasets.truth import ObjectTruth, Truth
+from blockstab.features.appearance import APPEARANCE_COLUMNS
 from blockstab.rgbd.frame import Camera, Frame
 from blockstab.simulation.verdicts import read_verdict
 from models.checkpoint import load_potentials, save_potentials
 from models.heads import LinearHead, MLPHead, Potential
+from models.stages import BoostedStage, StagedMerging, load_stages, save_stages
+from models.staging import StagePlan, boosted
 from tests.datasets.bop_files import write_bop
 from tests.datasets.nyu_files import write_nyu
 from tests.datasets.pcd_files import seen, table_of, write_cloud
 from tests.datasets.scene_names import Names
 from tests.datasets.sunrgbd_files import write_sunrgbd
 from tests.fuzzing.reader import Reader
+from tests.proposals.mask_files import MASKS
 
 WIDTH, HEIGHT = 40, 30  # pixels
 CAMERA = Camera(40.0, 41.0, 19.5, 14.5)
@@ -97,6 +101,17 @@ def _read_potentials(root: Path) -> None:
     load_potentials(root / "small.json")
 
 
+def write_stages(root: Path) -> None:
+    """One stage of one small tree."""
+    rows = torch.rand(60, len(APPEARANCE_COLUMNS), generator=torch.Generator().manual_seed(0)).double()
+    trees, _ = boosted(rows, rows[:, 0] < 0.5, StagePlan(0.9, trees=1, leaves=2), seed=0)
+    save_stages(root / "small.json", StagedMerging("fixed", (BoostedStage(0.9, trees),), {"seed": 1}))
+
+
+def _read_stages(root: Path) -> None:
+    load_stages(root / "small.json")
+
+
 def read_split(root: Path) -> None:
     """The file that keeps a drawn split; it is written when it is first asked for."""
     scenes_of(Names(tuple("abcdefgh")), Halves(), "test", root)
@@ -143,6 +158,8 @@ READERS = {
         Reader("verdict", write_verdict, _read_verdict, confined=False),
         Reader("split", read_split, read_split, confined=False),
         Reader("potentials", write_potentials, _read_potentials, confined=False),
+        Reader("stages", write_stages, _read_stages, confined=False),
+        MASKS,
         *(Reader(f"osd_{data}", partial(write_osd, data), partial(read_set, OSD)) for data in _CLOUDS),
         Reader("ocid", write_ocid, partial(read_set, OCID)),
         Reader("nyu", write_nyu, partial(read_set, NYUv2)),

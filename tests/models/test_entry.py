@@ -3,8 +3,8 @@ import torch
 
 from blockstab.datasets.sets import FolderScenes
 from models.entry import one_line_errors
+from models.gathering import examples_of
 from tests.synthetic import BLOCKS, photograph, write_folder
-from train import examples_of
 
 
 def test_a_callers_mistake_becomes_one_line_and_exit_status_1():

@@ -11,6 +11,8 @@ from blockstab.features.unary import UNARY_COLUMNS, unary_features
 from blockstab.proposals.files import LabelFile
 from blockstab.proposals.watershed import Watershed
 from models.examples import COLUMNS, MERGES_JUDGED, ExampleMaker, Examples, Rows, joined
+from models.heads import CLIP, LinearHead
+from models.training import train_potential
 from tests.synthetic import BLOCKS, interpreter, photograph, view_of
 
 FRAME = photograph(*BLOCKS).frame
@@ -69,7 +71,7 @@ def test_two_objects_should_not_merge_and_two_parts_of_one_should():
 
 
 def test_more_variants_give_more_rows(examples):
-    assert len(made(ExampleMaker(Watershed(), variants=4)).unary.target) > len(examples.unary.target)
+    assert len(made(ExampleMaker(Watershed(), variants=8)).unary.target) > len(examples.unary.target)
 
 
 def test_few_merges_of_one_segmentation_are_judged(examples):
@@ -98,8 +100,21 @@ def test_joined_rows_keep_their_order():
 
     both = joined([one(0.0, 2), one(1.0, 3)])
     assert both.pairwise.target.tolist() == [0.0, 0.0, 1.0, 1.0, 1.0]
-    assert both.merge.features.shape == (5, 70)
+    assert both.merge.features.shape == (5, 121)
+
+
+def test_features_with_long_tails_are_not_clipped_once_they_are_compressed(examples):
+    rows = examples.pairwise
+    potential = train_potential(
+        *rows, torch.ones(len(rows.target)).double(), COLUMNS["pairwise"], LinearHead, c=1.0, epochs=1, seed=0
+    )
+    standard = potential.standardised(rows.features)
+    for name in ("density", "volume_ratio", "slenderness_greatest"):
+        column = COLUMNS["pairwise"].index(name)
+        assert float(rows.features[:, column].amax() / rows.features[:, column].median()) > CLIP, name
+        assert float(standard[:, column].abs().amax()) < CLIP, name
+        assert float(standard[:, column].std()) > 0.9, name
 
 
 def test_columns_are_those_of_the_features():
-    assert [len(COLUMNS[kind]) for kind in Examples._fields] == [30, 12, 70]
+    assert [len(COLUMNS[kind]) for kind in Examples._fields] == [30, 63, 121]

@@ -8,8 +8,9 @@ import pytest
 import torch
 
 from blockstab.features.merging import MERGE_COLUMNS, merge_features
+from blockstab.features.pairwise import pairs_of
 from blockstab.features.unary import unary_features
-from blockstab.search.greedy import Greedy, merge_rows, pairs_of
+from blockstab.search.greedy import Greedy, merge_rows
 from tests.search.watched import blocks_view, seeded, watched
 from tests.synthetic import over_split
 
@@ -32,7 +33,8 @@ def test_the_pair_that_most_looks_like_one_object_goes_first():
     account, start = watched(blocks_view()), over_split(blocks_view())
     (scene,) = account.problem.interpret([start])
     pairs = pairs_of(scene)
-    badness = account.problem.merge(merge_rows(scene, pairs, account.problem.interpret))
+    appearance = account.problem.energy.appearance
+    badness = account.problem.merge(merge_rows(scene, pairs, account.problem.interpret, appearance))
     first, second = pairs[int(badness.argmin())]
     account.interpreted.clear()
     Greedy()(start, account.problem, seeded(0))
@@ -55,7 +57,8 @@ def test_every_merge_is_understood_in_the_whole_scene():
     account, start = watched(blocks_view()), over_split(blocks_view())
     (scene,) = account.problem.interpret([start])
     pairs = pairs_of(scene)
-    rows = merge_rows(scene, pairs, account.problem.interpret)
+    appearance = account.problem.energy.appearance
+    rows = merge_rows(scene, pairs, account.problem.interpret, appearance)
     assert rows.shape == (len(pairs), len(MERGE_COLUMNS))
     assert len(account.interpreted[-1]) == len(pairs)  # all of them in one batch
     first, second = pairs[1]
@@ -63,7 +66,10 @@ def test_every_merge_is_understood_in_the_whole_scene():
     (after,) = account.problem.interpret([start.merge(a, b)])
     merged = unary_features(after)[after.segmentation.segments.index(first | second)]
     larger, smaller = torch.tensor([a]), torch.tensor([b])
-    assert torch.equal(rows[1:2], merge_features(unary_features(scene), larger, smaller, merged[None]))
+    expected = merge_features(
+        unary_features(scene), larger, smaller, merged[None], appearance([(first, second)])
+    )
+    assert torch.equal(rows[1:2], expected)
 
 
 def test_the_larger_segment_of_a_pair_comes_first():

@@ -10,11 +10,15 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from blockstab.rgbd.cloud import cloud_from_frame
-from blockstab.rgbd.frame import read_scene
+from blockstab.boundaries.combination import FixedWeights
+from blockstab.boundaries.cues import cues_of
+from blockstab.percept import estimated_ground, perceive
+from blockstab.rgbd.frame import Frame, read_scene
 from blockstab.segments.atoms import MIN_ATOM_PX, absorb_small, join, make_atoms, over_segment
-from blockstab.segments.boundaries import boundary_strength
-from blockstab.segments.gaps import without_gaps
+from blockstab.segments.flooding import basins
+from blockstab.segments.gaps import fill_gaps, without_gaps
+from blockstab.segments.pieces import connected_pieces
+from blockstab.segments.planes import find_planes
 from tests.block_scene import STACK, picture
 from tests.tolerance import EXACT
 
@@ -35,6 +39,10 @@ def grainy(generator: torch.Generator) -> tuple[Tensor, Tensor]:
     valid[30:60, 40:70] = False
     valid[43:46, 50:53] = True
     return strength, valid
+
+
+def strength_of(frame: Frame) -> Tensor:
+    return FixedWeights()(cues_of(frame)).strength
 
 
 def assert_atoms(label: Tensor) -> None:
@@ -83,10 +91,73 @@ def test_the_same_picture_gives_the_same_atoms(generator: torch.Generator) -> No
     assert torch.equal(valid, kept[1])
 
 
+def test_colour_parts_what_lies_on_one_plane() -> None:
+    label = over_segment(
+        two_halves(), torch.ones(40, 60, dtype=torch.bool), torch.ones(40, 60, dtype=torch.int64)
+    )
+    assert int(label.max()) == 2
+
+
+def test_planes_part_what_has_one_colour() -> None:
+    plane = torch.ones(40, 60, dtype=torch.int64)
+    plane[:, 20:40], plane[:, 40:] = 2, 0
+    label = over_segment(
+        torch.zeros(40, 60, dtype=torch.float64), torch.ones(40, 60, dtype=torch.bool), plane
+    )
+    assert [label[:, start : start + 20].unique().numel() for start in (0, 20, 40)] == [1, 1, 1]
+    assert int(label.max()) == 3
+
+
+def test_atoms_keep_to_their_plane_but_for_what_is_small_or_slim(generator: torch.Generator) -> None:
+    strength, valid = grainy(generator)
+    plane = (
+        torch.randint(0, 3, (9, 12), generator=generator).repeat_interleave(10, 0).repeat_interleave(10, 1)
+    )
+    plane[20:22], plane[60:63, 60:64] = 3, 4
+    label = over_segment(strength, valid, plane)
+    assert_atoms(label)
+    assert torch.equal(label > 0, over_segment(strength, valid) > 0)
+    area = label > 0
+    whole = fill_gaps(torch.where(valid, plane + 1, 0))
+    pieces = connected_pieces(torch.where(area, 10_000 * whole + basins(strength, area), 0))
+    owners = [
+        label[piece].unique().tolist()
+        for piece in (pieces == number for number in range(1, int(pieces.max()) + 1))
+        if int(piece.sum()) >= MIN_ATOM_PX and ndimage.binary_erosion(piece.numpy(), np.ones((3, 3))).any()
+    ]
+    assert len(owners) > 10
+    assert all(len(owner) == 1 for owner in owners)
+    assert len({owner[0] for owner in owners}) == len(owners)
+
+
+def test_every_atom_holds_a_square_of_three_pixels(generator: torch.Generator) -> None:
+    strength, valid = grainy(generator)
+    plane = (torch.arange(90)[:, None] % 13 < 2).long().expand(90, 120)
+    label = over_segment(strength, torch.ones_like(valid), plane).numpy()
+    for atom in range(1, int(label.max()) + 1):
+        assert ndimage.binary_erosion(label == atom, np.ones((3, 3))).any()
+
+
+def test_the_top_and_the_front_of_a_block_share_no_atom() -> None:
+    scene = picture(STACK)
+    strength, valid = strength_of(scene.frame), scene.cloud.valid
+    block = scene.frame.label == 2
+    top = block & (scene.cloud.normals[..., 1] > 0.99)
+    front = block & (scene.cloud.normals[..., 2] > 0.99)
+
+    def shared_px(label: Tensor) -> int:
+        """Pixels of the faces in an atom that is mostly of the other one."""
+        count = int(label.max()) + 1
+        on = torch.stack([torch.bincount(label[face], minlength=count) for face in (top, front)])
+        return int(on.amin(dim=0).sum())
+
+    assert shared_px(over_segment(strength, valid)) > 500
+    assert shared_px(over_segment(strength, valid, find_planes(scene.cloud).label)) < 20
+
+
 def test_real_pictures_have_a_few_hundred_atoms(real_scenes: Path) -> None:
     frame = read_scene(real_scenes / "osd" / "learn20")
-    cloud = cloud_from_frame(frame)
-    label = over_segment(boundary_strength(frame, cloud), cloud.valid)
+    label = perceive(frame, estimated_ground).fine
     assert_atoms(label)
     assert 150 <= int(label.max()) <= 400
 
@@ -172,7 +243,7 @@ def test_two_pieces_of_a_coarse_region_are_two_parts() -> None:
 
 def test_join_keeps_the_truth_of_a_picture() -> None:
     scene = picture(STACK)
-    strength = boundary_strength(scene.frame, scene.cloud)
+    strength = strength_of(scene.frame)
     truth = scene.frame.label
     parts = join(over_segment(strength, scene.cloud.valid), truth)
     assert torch.equal(parts > 0, truth > 0)

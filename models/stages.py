@@ -1,0 +1,139 @@
+"""The learned stages of merging on disk: boosted trees in LightGBM's own text, within one JSON file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, get_args
+
+import torch
+from torch import Tensor
+
+from blockstab.export import write_whole
+from blockstab.features.appearance import APPEARANCE_COLUMNS, Variant
+from blockstab.proposals.silberman import Silberman
+from models.checkpoint import PRETRAINED
+from models.record import CheckpointError
+
+FORMAT = 1
+MAX_BYTES = 64 * 2**20
+
+
+@dataclass(frozen=True)
+class BoostedStage:
+    """One stage's trees.
+
+    Args:
+        threshold: least confidence at which regions are merged.
+        trees: LightGBM's text; its raw score is the log-odds that an edgelet lies within one object.
+    """
+
+    threshold: float
+    trees: str
+
+    def __call__(self, appearance: Tensor) -> Tensor:
+        """Confidence (L,) from features (L, 51).
+
+        The boosted trees of Silberman et al. sum halves of log-odds, and their thresholds are for the logistic
+        function of that sum, so the score is halved here too.
+        """
+        if not len(appearance):
+            return appearance.new_zeros(0)
+        score = _booster(self.trees).predict(appearance.numpy(), raw_score=True, num_threads=1)
+        return torch.sigmoid(torch.from_numpy(score) / 2.0)
+
+
+@dataclass(frozen=True, repr=False)
+class StagedMerging:
+    """Stages as `load_stages` reads them.
+
+    Args:
+        variant: of the features.
+        stages: in order.
+        provenance: what their maker wrote down.
+    """
+
+    variant: Variant
+    stages: tuple[BoostedStage, ...]
+    provenance: dict[str, Any]
+
+    def __repr__(self) -> str:
+        """Tells stages apart in a few letters: settings of a run are compared by it."""
+        return f"StagedMerging({_digest(self.variant, self.stages)[:16]})"
+
+
+def silberman(stages: Path | str = "silberman", **settings: Any) -> Silberman:
+    """The proposal with stages of that name or path; `settings` are those of `Silberman`."""
+    return Silberman(load_stages(stages), **settings)
+
+
+def save_stages(path: Path, merging: StagedMerging) -> None:
+    """Write a JSON file, whole or not at all."""
+    record = {
+        "format": FORMAT,
+        "variant": merging.variant,
+        "columns": list(APPEARANCE_COLUMNS),
+        "sha256": _digest(merging.variant, merging.stages),
+        "stages": [{"threshold": s.threshold, "trees": s.trees} for s in merging.stages],
+        "provenance": merging.provenance,
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, (json.dumps(record, indent=1, allow_nan=False) + "\n").encode())
+
+
+def load_stages(path: Path | str) -> StagedMerging:
+    """Read what `save_stages` wrote.
+
+    Args:
+        path: of the JSON file; or a name without folder and suffix, of stages that come with this package.
+
+    Raises:
+        CheckpointError: naming the file and what is wrong with it.
+    """
+    file = Path(path)
+    if file.parent == Path() and not file.suffix:
+        file = PRETRAINED / f"{file.name}.json"
+    if not file.is_file():
+        raise CheckpointError(f"{file} is not there; train stages with `python train.py target=stages`.")
+    if file.stat().st_size > MAX_BYTES:
+        raise CheckpointError(f"{file} must have at most {MAX_BYTES} bytes, but has {file.stat().st_size}.")
+    try:
+        return _merging(json.loads(file.read_bytes()))
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
+        said = " ".join(str(error).split())
+        raise CheckpointError(f"{file} holds no stages of merging that can be used: {said:.200}") from None
+
+
+def _merging(record: Any) -> StagedMerging:
+    if not isinstance(record, dict) or record.get("format") != FORMAT:
+        raise ValueError(f"it must be an object of format {FORMAT}.")
+    if record["columns"] != list(APPEARANCE_COLUMNS) or record["variant"] not in get_args(Variant):
+        raise ValueError("it speaks of other features than this version computes; train it anew.")
+    stages = tuple(BoostedStage(float(s["threshold"]), str(s["trees"])) for s in record["stages"])
+    if record["sha256"] != _digest(record["variant"], stages):
+        raise ValueError("its checksum does not fit its trees; copy the file again.")
+    if not isinstance(record["provenance"], dict):
+        raise ValueError("provenance must be an object.")
+    for stage in stages:
+        _booster(stage.trees)
+    return StagedMerging(record["variant"], stages, record["provenance"])
+
+
+def _digest(variant: str, stages: tuple[BoostedStage, ...]) -> str:
+    said = json.dumps([variant, [[s.threshold, s.trees] for s in stages]])
+    return hashlib.sha256(said.encode()).hexdigest()
+
+
+# Reading the text takes longer than judging an image.
+@lru_cache(maxsize=32)
+def _booster(trees: str) -> Any:
+    from lightgbm import Booster
+    from lightgbm.basic import LightGBMError
+
+    try:
+        return Booster(model_str=trees)
+    except LightGBMError as error:
+        raise ValueError(f"the trees of a stage cannot be read: {error}") from None

@@ -1,0 +1,169 @@
+"""Training of the merging stages: each learns on what the stages before it make of the training images."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import torch
+from joblib import Parallel, delayed
+from rich.console import Console
+from rich.progress import track
+from torch import Tensor
+
+from blockstab.boundaries.combination import Combination, FixedWeights
+from blockstab.datasets.sets import SceneSet
+from blockstab.features.appearance import Variant, describe_regions, edgelet_appearance
+from blockstab.percept import estimated_ground, perceive
+from blockstab.proposals.silberman import Order, merged_once
+from blockstab.segments.edgelets import trace_edgelets
+from models.gathering import kept_tensors
+from models.stages import BoostedStage, StagedMerging
+
+MOST_ROWS = 500_000  # of a stage
+
+_SETTINGS = {
+    "objective": "binary",
+    "learning_rate": 0.3,
+    "min_data_in_leaf": 20,
+    "deterministic": True,
+    "force_row_wise": True,
+    "num_threads": 1,
+    "verbose": -1,
+}
+
+
+@dataclass(frozen=True)
+class StagePlan:
+    """What a stage is to be: threshold, trees at most, leaves of a tree."""
+
+    threshold: float
+    trees: int
+    leaves: int
+
+
+PLAN = (
+    StagePlan(0.9, 30, 20),
+    StagePlan(0.8, 30, 20),
+    StagePlan(0.7, 30, 20),
+    StagePlan(0.7, 30, 10),
+    StagePlan(0.7, 30, 10),
+)
+
+
+@dataclass(frozen=True)
+class StageTrainer:
+    """Trains one classifier after the other (Silberman et al. 2012, section 4.2).
+
+    Args:
+        variant: of the features.
+        order: in which regions are merged on the way.
+        seed: of all that is drawn.
+        plan: the stages.
+        boundaries: weighs the signs of an edge between two objects.
+    """
+
+    variant: Variant = "fixed"
+    order: Order = "best"
+    seed: int = 0
+    plan: Sequence[StagePlan] = field(default=PLAN)
+    boundaries: Combination = field(default_factory=FixedWeights)
+
+    def __call__(
+        self, data: SceneSet, scenes: Sequence[str], provenance: dict[str, Any], cache: Path, jobs: int = 1
+    ) -> StagedMerging:
+        """Train on labelled scenes.
+
+        Args:
+            scenes: names of the training scenes.
+            provenance: what the stages keep of their making; figures of each stage's rows are added.
+            cache: folder for the rows of each scene, so that a killed run goes on where it was.
+            jobs: scenes worked on side by side.
+
+        Raises:
+            ValueError: the scenes show no border of two objects, or none within one.
+        """
+        stages: tuple[BoostedStage, ...] = ()
+        facts = []
+        for number, step in enumerate(self.plan, start=1):
+            rows = partial(self.rows, data=data, stages=stages, cache=cache)
+            done = Parallel(n_jobs=jobs, return_as="generator")(delayed(rows)(scene) for scene in scenes)
+            title = f"stage {number} of {len(self.plan)}"
+            parts = list(track(done, title, len(scenes), console=Console(stderr=True)))
+            features, within = (torch.cat(tensors) for tensors in zip(*parts, strict=True))
+            trees, loss = boosted(features, within, step, self.seed)
+            stages = (*stages, BoostedStage(step.threshold, trees))
+            share = round(float(within.double().mean()), 4)
+            facts.append({"rows": len(within), "within_share": share, "loss": round(loss, 5)})
+        return StagedMerging(self.variant, stages, {**provenance, "stages": facts})
+
+    def rows(
+        self, scene: str, data: SceneSet, stages: tuple[BoostedStage, ...], cache: Path
+    ) -> tuple[Tensor, Tensor]:
+        """Features (L, 51) of the edgelets that `stages` leave of a scene, and whether they lie within one object.
+
+        Edgelets with a region on either side that has no label are left out.
+        """
+        kept = self._kept(scene, data, stages, cache)
+        return kept["features"], kept["within"]
+
+    def _kept(
+        self, scene: str, data: SceneSet, stages: tuple[BoostedStage, ...], cache: Path
+    ) -> dict[str, Tensor]:
+        """The rows, and the regions (H, W) they are of."""
+
+        def make(_: int) -> dict[str, Tensor]:
+            frame = data.read(scene)[0]
+            if frame.label is None:
+                raise ValueError(f"{frame.name} has no label.png; training needs the true segments.")
+            percept = perceive(frame, estimated_ground, self.boundaries)
+            label = percept.fine
+            if stages:
+                before = self._kept(scene, data, stages[:-1], cache)["label"].long()
+                generator = torch.Generator().manual_seed(self.seed + len(stages))
+                label = merged_once(percept, before, stages[-1], self.variant, self.order, generator)
+            edgelets, regions = trace_edgelets(label), describe_regions(percept, label)
+            owner = majority(label, frame.label)
+            first, second = owner[edgelets.first], owner[edgelets.second]
+            known = (first > 0) & (second > 0)
+            features = edgelet_appearance(regions, edgelets, percept.boundaries, self.variant)[known]
+            return {"features": features, "within": (first == second)[known], "label": label.int()}
+
+        made_by = f"{StagedMerging(self.variant, stages, {})} {self.order} {self.boundaries} {self.seed}"
+        return dict(kept_tensors(cache, f"stage {made_by} {data.stamp(scene)}", make))
+
+
+def majority(label: Tensor, truth: Tensor) -> Tensor:
+    """The id (R,) that most pixels of each region of `label` (H, W) have in `truth`; of equals the least."""
+    ids, index = torch.unique(truth, return_inverse=True)
+    inside = label > 0
+    count = int(label.max())
+    cells = (label[inside] - 1) * len(ids) + index[inside]
+    votes = torch.bincount(cells, minlength=count * len(ids)).view(count, len(ids))
+    return ids[votes.argmax(dim=1)]
+
+
+def boosted(features: Tensor, within: Tensor, step: StagePlan, seed: int) -> tuple[str, float]:
+    """LightGBM's text, and the log-loss on the training rows.
+
+    Args:
+        features, within: (L, 51) and (L,) bool; a random `MOST_ROWS` of more.
+    """
+    import lightgbm
+
+    if len(within.unique()) < 2:
+        raise ValueError(
+            "Stages learn from borders of objects and others within, but there is one kind only."
+        )
+    if len(within) > MOST_ROWS:
+        chosen = torch.randperm(len(within), generator=torch.Generator().manual_seed(seed))[:MOST_ROWS]
+        features, within = features[chosen], within[chosen]
+    rows = lightgbm.Dataset(features.numpy(), within.numpy().astype("int8"))
+    settings = {**_SETTINGS, "num_leaves": step.leaves, "seed": seed}
+    found = lightgbm.train(settings, rows, num_boost_round=step.trees)
+    sure = torch.from_numpy(found.predict(features.numpy())).clamp(1e-9, 1 - 1e-9)
+    loss = torch.nn.functional.binary_cross_entropy(sure, within.to(sure.dtype))
+    return found.model_to_string(), float(loss)

@@ -1,0 +1,58 @@
+"""Made-up images in many small parts, and segments that are made up of these."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from blockstab.percept import Percept
+from blockstab.segments.atoms import Atoms, make_atoms
+from blockstab.segments.segmentation import Pair, Segmentation
+from tests.features.perceived import HEIGHT, WIDTH, cells, cluttered
+
+SEGMENTS = 7
+
+
+def clutter(generator: torch.Generator, unlabelled: bool = False) -> tuple[Percept, Atoms]:
+    """Large atoms among small ones, which meet in all ways; some pixels have no depth, some may have no label."""
+    label = cells(15, generator)
+    small = torch.randint(2, (8, 12), generator=generator).bool()
+    tiles = label.max() + 1 + torch.arange(small.numel()).view_as(small)
+    tiles = torch.where(small, tiles, 0).repeat_interleave(3, 0).repeat_interleave(2, 1)
+    label[18:42, 20:44] = torch.where(tiles > 0, tiles, label[18:42, 20:44])
+    label = torch.unique(label, return_inverse=True)[1]
+    atoms = torch.where(label == 3, 0, label) if unlabelled else label
+    atoms = torch.unique(atoms, return_inverse=True)[1] + (0 if unlabelled else 1)
+    percept = cluttered(label + 1, generator)
+    holes = torch.rand(HEIGHT, WIDTH, generator=generator) < 0.1
+    valid = percept.cloud.valid & ~holes
+    vars(percept)["cloud"] = type(percept.cloud)(
+        percept.cloud.points * valid[..., None],
+        percept.cloud.normals * valid[..., None],
+        valid,
+        percept.cloud.depth * valid,
+    )
+    return percept, make_atoms(atoms, percept.boundaries.strength)
+
+
+def grouped(atoms: Atoms, generator: torch.Generator) -> Segmentation:
+    """Atoms gathered at random, near and far."""
+    part = torch.randint(SEGMENTS, (len(atoms),), generator=generator)
+    part[:SEGMENTS] = torch.arange(SEGMENTS)
+    parts = [frozenset((part == k).nonzero()[:, 0].tolist()) for k in range(SEGMENTS)]
+    return Segmentation(tuple(sorted(parts, key=min)))
+
+
+def neighbours(segmentation: Segmentation, atoms: Atoms) -> list[Pair]:
+    """All pairs of segments that share a border."""
+    first, second = segmentation.neighbours(atoms, min_border_px=1)
+    segments = segmentation.segments
+    return [(segments[i], segments[j]) for i, j in zip(first.tolist(), second.tolist(), strict=True)]
+
+
+def as_two(pair: Pair, atoms: Atoms) -> Tensor:
+    """(H, W) labels: 1 and 2 for the pair, 3 for all else."""
+    kind = torch.full((len(atoms) + 1,), 3)
+    for number, segment in enumerate(pair, start=1):
+        kind[torch.tensor(sorted(segment)) + 1] = number
+    return kind[atoms.label]
