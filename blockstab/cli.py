@@ -43,6 +43,7 @@ class ProposalName(StrEnum):
     watershed = "watershed"
     felzenszwalb = "felzenszwalb"
     planes = "planes"
+    silberman = "silberman"
     labels = "labels"
     files = "files"
 
@@ -205,6 +206,10 @@ def _loose_job(color: Path | None, depth: Path | None, camera: Camera) -> Job:
 def _proposal(name: ProposalName, masks: str | None) -> Proposal:
     if (masks is not None) != (name is ProposalName.files):
         raise typer.BadParameter("--proposals files and --masks belong together")
+    if name is ProposalName.silberman:
+        from models.stages import silberman
+
+        return silberman()
     return PROPOSALS[name]() if masks is None else MaskFile(masks)
 
 

@@ -22,9 +22,8 @@ from blockstab.boundaries.cues import CUES, cues_of
 from blockstab.datasets.sets import SceneSet
 from blockstab.export import write_whole
 from blockstab.metrics.borders import borders
-from models.checkpoint import PRETRAINED
 from models.gathering import kept_tensors
-from models.record import CheckpointError
+from models.shipped import read_learned
 
 FORMAT = 1
 MAX_BYTES = 2**20
@@ -128,26 +127,16 @@ def load_boundary(path: Path | str = "boundary") -> LogisticWeights:
     Raises:
         CheckpointError: naming the file and what is wrong with it.
     """
-    file = Path(path)
-    if file.parent == Path() and not file.suffix:
-        file = PRETRAINED / f"{file.name}.json"
-    if not file.is_file():
-        raise CheckpointError(f"{file} is not there; train it with `python train.py target=boundary`.")
-    if file.stat().st_size > MAX_BYTES:
-        raise CheckpointError(f"{file} must have at most {MAX_BYTES} bytes, but has {file.stat().st_size}.")
-    try:
-        record = json.loads(file.read_bytes())
-        if not isinstance(record, dict) or record.get("format") != FORMAT:
-            raise ValueError(f"it must be an object of format {FORMAT}.")
-        named = record["weights"]
-        if not isinstance(named, dict) or tuple(named) != CUES:
-            raise ValueError(f"it must have weights for {', '.join(CUES)}; train it anew.")
-        numbers = [float(number) for number in (*named.values(), record["bias"])]
-        if not all(map(math.isfinite, numbers)):
-            raise ValueError("its numbers must be finite.")
-    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
-        said = " ".join(str(error).split())
-        raise CheckpointError(
-            f"{file} holds no weights of boundaries that can be used: {said:.200}"
-        ) from None
+    return read_learned(path, "boundary", MAX_BYTES, _weights)
+
+
+def _weights(record: dict[str, Any]) -> LogisticWeights:
+    if record.get("format") != FORMAT:
+        raise ValueError(f"it must be an object of format {FORMAT}.")
+    named = record["weights"]
+    if not isinstance(named, dict) or tuple(named) != CUES:
+        raise ValueError(f"it must have weights for {', '.join(CUES)}; train it anew.")
+    numbers = [float(number) for number in (*named.values(), record["bias"])]
+    if not all(map(math.isfinite, numbers)):
+        raise ValueError("its numbers must be finite.")
     return LogisticWeights(tuple(numbers[:-1]), numbers[-1])

@@ -15,8 +15,7 @@ from torch import Tensor
 from blockstab.export import write_whole
 from blockstab.features.appearance import APPEARANCE_COLUMNS, Variant
 from blockstab.proposals.silberman import Silberman
-from models.checkpoint import PRETRAINED
-from models.record import CheckpointError
+from models.shipped import read_learned
 
 FORMAT = 1
 MAX_BYTES = 64 * 2**20
@@ -93,22 +92,11 @@ def load_stages(path: Path | str) -> StagedMerging:
     Raises:
         CheckpointError: naming the file and what is wrong with it.
     """
-    file = Path(path)
-    if file.parent == Path() and not file.suffix:
-        file = PRETRAINED / f"{file.name}.json"
-    if not file.is_file():
-        raise CheckpointError(f"{file} is not there; train stages with `python train.py target=stages`.")
-    if file.stat().st_size > MAX_BYTES:
-        raise CheckpointError(f"{file} must have at most {MAX_BYTES} bytes, but has {file.stat().st_size}.")
-    try:
-        return _merging(json.loads(file.read_bytes()))
-    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
-        said = " ".join(str(error).split())
-        raise CheckpointError(f"{file} holds no stages of merging that can be used: {said:.200}") from None
+    return read_learned(path, "stages", MAX_BYTES, _merging)
 
 
-def _merging(record: Any) -> StagedMerging:
-    if not isinstance(record, dict) or record.get("format") != FORMAT:
+def _merging(record: dict[str, Any]) -> StagedMerging:
+    if record.get("format") != FORMAT:
         raise ValueError(f"it must be an object of format {FORMAT}.")
     if record["columns"] != list(APPEARANCE_COLUMNS) or record["variant"] not in get_args(Variant):
         raise ValueError("it speaks of other features than this version computes; train it anew.")

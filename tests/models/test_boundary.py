@@ -157,7 +157,7 @@ def test_a_spoilt_file_is_refused_in_one_line(file: Path, spoil: Callable[[Any],
 @pytest.mark.parametrize("text", ["", "[]", "{", "[" * 100_000])
 def test_what_is_no_record_is_refused_in_one_line(tmp_path: Path, text: str) -> None:
     (tmp_path / "a.json").write_text(text)
-    with pytest.raises(CheckpointError, match=r"a\.json holds no weights"):
+    with pytest.raises(CheckpointError, match=r"a\.json holds no boundary"):
         load_boundary(tmp_path / "a.json")
 
 

@@ -90,7 +90,7 @@ def test_stages_that_come_with_the_package_are_found_by_name(merging: StagedMerg
 
 @pytest.mark.parametrize("name", ["nowhere", "nowhere.json"])
 def test_a_missing_file_is_named_with_what_to_do(tmp_path: Path, name: str) -> None:
-    with pytest.raises(CheckpointError, match=rf"{name}.* is not there; train stages with"):
+    with pytest.raises(CheckpointError, match=rf"{name}.* is not there; train it with"):
         load_stages(name if "." not in name else tmp_path / name)
 
 

@@ -16,6 +16,7 @@ from blockstab.proposals.felzenszwalb import Felzenszwalb
 from blockstab.proposals.files import LabelFile, MaskFile
 from blockstab.proposals.planes import Planes
 from blockstab.proposals.watershed import Watershed
+from models.stages import silberman
 from tests.block_scene import APART, STACK, Picture, picture
 from tests.proposals.mask_files import write_arrays, write_coco, write_labels, write_sam
 
@@ -35,6 +36,7 @@ PROPOSALS: dict[str, Callable[[Path], Proposal]] = {
     "watershed": lambda _: Watershed(),
     "felzenszwalb": lambda _: Felzenszwalb(),
     "planes": lambda _: Planes(),
+    "silberman": lambda _: silberman(),
     "scene_labels": lambda _: LabelFile(),
     "label_image": partial(_from, "ids.png", write_labels),
     "coco": partial(_from, "coco.json", write_coco),

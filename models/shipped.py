@@ -1,0 +1,45 @@
+"""Learned things that are one JSON file each, some of which come with this package."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from models.checkpoint import PRETRAINED
+from models.record import CheckpointError
+
+Learned = TypeVar("Learned")
+
+_SPOILT = (ValueError, KeyError, TypeError, OverflowError, RecursionError)
+
+
+def read_learned(
+    path: Path | str, target: str, most_bytes: int, make: Callable[[dict[str, Any]], Learned]
+) -> Learned:
+    """Read what was trained by `train.py target=...`.
+
+    Args:
+        path: of the file; or a name without folder and suffix, of one that comes with this package.
+        most_bytes: of the file.
+        make: makes the thing of the object in the file; what it raises of spoilt files becomes one line.
+
+    Raises:
+        CheckpointError: naming the file and what is wrong with it.
+    """
+    file = Path(path)
+    if file.parent == Path() and not file.suffix:
+        file = PRETRAINED / f"{file.name}.json"
+    if not file.is_file():
+        raise CheckpointError(f"{file} is not there; train it with `python train.py target={target}`.")
+    if file.stat().st_size > most_bytes:
+        raise CheckpointError(f"{file} must have at most {most_bytes} bytes, but has {file.stat().st_size}.")
+    try:
+        record = json.loads(file.read_bytes())
+        if not isinstance(record, dict):
+            raise ValueError("it must be an object.")
+        return make(record)
+    except _SPOILT as error:
+        said = " ".join(str(error).split())
+        raise CheckpointError(f"{file} holds no {target} that can be used: {said:.200}") from None
