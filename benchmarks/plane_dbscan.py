@@ -21,6 +21,7 @@ class PlaneDBSCAN:
         least_share: of all points.
         voxel_m: side of a voxel.
         reach_m, least_voxels: of DBSCAN: the radius, and how many voxels within it make a core.
+        least_px: smaller clusters are no region.
     """
 
     planes: int = 3
@@ -29,6 +30,7 @@ class PlaneDBSCAN:
     voxel_m: float = 0.005
     reach_m: float = 0.015
     least_voxels: int = 10
+    least_px: int = 100
 
     def __call__(self, percept: Percept) -> Proposed:
         """Divide the image: id 1 is what the planes took, clusters follow."""
@@ -54,6 +56,7 @@ class PlaneDBSCAN:
                 open3d.geometry.PointCloud(centers).cluster_dbscan(self.reach_m, self.least_voxels)
             )
             label[left] = np.where(clusters >= 0, clusters + 2, 0)[owner.reshape(-1)]
+        label[np.bincount(label)[label] < self.least_px] = 0
         image = torch.zeros(valid.shape, dtype=torch.int64)
         image[valid] = torch.from_numpy(label)
         return Proposed(image, {1: True} if (label == 1).any() else {})

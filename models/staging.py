@@ -75,7 +75,7 @@ class StageTrainer:
     def __call__(
         self, data: SceneSet, scenes: Sequence[str], provenance: dict[str, Any], cache: Path, jobs: int = 1
     ) -> StagedMerging:
-        """Train on labelled scenes.
+        """Train on labelled scenes; with fewer stages than planned where these leave nothing to learn.
 
         Args:
             scenes: names of the training scenes.
@@ -94,6 +94,9 @@ class StageTrainer:
             title = f"stage {number} of {len(self.plan)}"
             parts = list(track(done, title, len(scenes), console=Console(stderr=True)))
             features, within = (torch.cat(tensors) for tensors in zip(*parts, strict=True))
+            if stages and len(within.unique()) < 2:
+                # What is left is all right already: on few scenes the earlier stages leave nothing to learn.
+                break
             trees, loss = boosted(features, within, step, self.seed)
             stages = (*stages, BoostedStage(step.threshold, trees))
             share = round(float(within.double().mean()), 4)

@@ -133,6 +133,15 @@ def test_what_was_learned_parts_the_blocks_it_was_learned_on(tmp_path: Path) -> 
     assert min(iou(truth == number) for number in (2, 3)) > 0.8
 
 
+def test_no_stage_follows_where_those_before_it_leave_no_border_within_an_object(tmp_path: Path) -> None:
+    # So low a threshold merges all that lies within the blocks, and more.
+    plan = (StagePlan(0.01, 6, 4), StagePlan(0.7, 6, 4))
+    data = Pictures()
+    made = StageTrainer(plan=plan)(data, data.scenes(), {}, tmp_path)
+    assert len(made.stages) == 1
+    assert len(made.provenance["stages"]) == 1
+
+
 def test_borders_of_one_kind_teach_nothing() -> None:
     rows = torch.rand(50, len(APPEARANCE_COLUMNS), generator=torch.Generator().manual_seed(0)).double()
     with pytest.raises(ValueError, match="one kind only"):
