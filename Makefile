@@ -72,6 +72,6 @@ proposals: $(STAMP)
 	done
 	$(BIN)/python docs/pool.py $(PROPOSALS)/fold?/results.json --out docs/results/proposals_osd.json
 	$(BIN)/python -m benchmarks.atoms --root $(OSD) --out docs/results/atoms_osd.json --jobs $(JOBS)
-	$(BIN)/blockstab simulate --preset objects --count 50 --seed 5000 --jobs $(JOBS) --out $(PROPOSALS)/scenes
-	$(BIN)/python -m benchmarks.atoms --root $(PROPOSALS)/scenes --out docs/results/atoms_objects.json --jobs $(JOBS)
+	$(BIN)/blockstab simulate --preset objects --count 50 --seed 5000 --jobs $(JOBS) --out $(PROPOSALS)/objects
+	$(BIN)/python -m benchmarks.atoms --root $(PROPOSALS)/objects --out docs/results/atoms_objects.json --jobs $(JOBS)
 	$(BIN)/python docs/tables.py
