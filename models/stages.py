@@ -34,15 +34,15 @@ class BoostedStage:
     trees: str
 
     def __call__(self, appearance: Tensor) -> Tensor:
-        """Confidence (L,) from features (L, 51).
+        """Confidence (L,) from features (L, 51): the probability that the trees have learned.
 
-        The boosted trees of Silberman et al. sum halves of log-odds, and their thresholds are for the logistic
-        function of that sum, so the score is halved here too.
+        Silberman et al. sum halves of log-odds, and put the logistic function of that sum beside the thresholds.
+        Their trees are added whole; these are shrunk as they are added, and with halves of their sum the same
+        thresholds leave objects in pieces.
         """
         if not len(appearance):
             return appearance.new_zeros(0)
-        score = _booster(self.trees).predict(appearance.numpy(), raw_score=True, num_threads=1)
-        return torch.sigmoid(torch.from_numpy(score) / 2.0)
+        return torch.from_numpy(_booster(self.trees).predict(appearance.numpy(), num_threads=1))
 
 
 @dataclass(frozen=True, repr=False)

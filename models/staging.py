@@ -16,7 +16,9 @@ from torch import Tensor
 
 from blockstab.boundaries.combination import Combination, FixedWeights
 from blockstab.datasets.sets import SceneSet
-from blockstab.features.appearance import Variant, describe_regions, edgelet_appearance
+from blockstab.features.appearance import Variant, edgelet_appearance
+from blockstab.features.regions import viewed_regions
+from blockstab.features.views import view
 from blockstab.percept import estimated_ground, perceive
 from blockstab.proposals.silberman import Order, merged_once
 from blockstab.segments.edgelets import trace_edgelets
@@ -111,12 +113,12 @@ class StageTrainer:
         Edgelets with a region on either side that has no label are left out.
         """
         kept = self._kept(scene, data, stages, cache)
-        return kept["features"], kept["within"]
+        return kept["features"][kept["known"]], kept["within"][kept["known"]]
 
     def _kept(
         self, scene: str, data: SceneSet, stages: tuple[BoostedStage, ...], cache: Path
     ) -> dict[str, Tensor]:
-        """The rows, and the regions (H, W) they are of."""
+        """The regions (H, W), the rows of all their edgelets, and which of these are known to be right or wrong."""
 
         def make(_: int) -> dict[str, Tensor]:
             frame = data.read(scene)[0]
@@ -125,18 +127,26 @@ class StageTrainer:
             percept = perceive(frame, estimated_ground, self.boundaries)
             label = percept.fine
             if stages:
-                before = self._kept(scene, data, stages[:-1], cache)["label"].long()
-                generator = torch.Generator().manual_seed(self.seed + len(stages))
-                label = merged_once(percept, before, stages[-1], self.variant, self.order, generator)
-            edgelets, regions = trace_edgelets(label), describe_regions(percept, label)
+                before = self._kept(scene, data, stages[:-1], cache)
+                label = self._merged(before["label"].long(), before["features"], stages)
+            edgelets, regions = trace_edgelets(label), viewed_regions(view(percept), label)
             owner = majority(label, frame.label)
             first, second = owner[edgelets.first], owner[edgelets.second]
-            known = (first > 0) & (second > 0)
-            features = edgelet_appearance(regions, edgelets, percept.boundaries, self.variant)[known]
-            return {"features": features, "within": (first == second)[known], "label": label.int()}
+            return {
+                "label": label.int(),
+                "features": edgelet_appearance(regions, edgelets, percept.boundaries, self.variant),
+                "known": (first > 0) & (second > 0),
+                "within": first == second,
+            }
 
         made_by = f"{StagedMerging(self.variant, stages, {})} {self.order} {self.boundaries} {self.seed}"
-        return dict(kept_tensors(cache, f"stage {made_by} {data.stamp(scene)}", make))
+        return dict(kept_tensors(cache, f"edgelets {made_by} {data.stamp(scene)}", make))
+
+    def _merged(self, label: Tensor, features: Tensor, stages: tuple[BoostedStage, ...]) -> Tensor:
+        """What the last of `stages` makes of regions, of whose edgelets it is shown the features."""
+        within, threshold = stages[-1](features), stages[-1].threshold
+        generator = torch.Generator().manual_seed(self.seed + len(stages))
+        return merged_once(label, trace_edgelets(label), within, threshold, self.order, generator)
 
 
 def majority(label: Tensor, truth: Tensor) -> Tensor:

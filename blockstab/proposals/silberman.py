@@ -11,9 +11,12 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from blockstab.features.appearance import Variant, describe_regions, edgelet_appearance
+from blockstab.features.appearance import Variant, edgelet_appearance
+from blockstab.features.regions import viewed_regions
+from blockstab.features.views import view
 from blockstab.percept import Percept
 from blockstab.proposals import Proposed
+from blockstab.segments.atoms import absorb_small, make_atoms
 from blockstab.segments.edgelets import Edgelets, trace_edgelets
 
 Order = Literal["best", "random"]
@@ -52,12 +55,14 @@ class Silberman:
         learned: the stages.
         order: "best": the surest border first; "random": any that reaches the threshold, as in the authors'
             program, drawn from a generator that is seeded by `seed`.
+        least_px: a smaller region joins, in the end, the neighbour behind its weakest border; 0 keeps all.
         background_share: a region of which such a share is in the ground plane is known as background.
     """
 
     learned: Stages
     order: Order = "best"
     seed: int = 0
+    least_px: int = 200
     background_share: float = 0.5
 
     def __post_init__(self) -> None:
@@ -66,9 +71,13 @@ class Silberman:
 
     def __call__(self, percept: Percept) -> Proposed:
         """Divide the image."""
-        label, generator = percept.fine, torch.Generator().manual_seed(self.seed)
+        label, views = percept.fine, view(percept)
+        generator = torch.Generator().manual_seed(self.seed)
         for stage in self.learned.stages:
-            label = merged_once(percept, label, stage, self.learned.variant, self.order, generator)
+            edgelets, regions = trace_edgelets(label), viewed_regions(views, label)
+            rows = edgelet_appearance(regions, edgelets, percept.boundaries, self.learned.variant)
+            label = merged_once(label, edgelets, stage(rows), stage.threshold, self.order, generator)
+        label = absorb_small(make_atoms(label, percept.boundaries.strength), self.least_px)
         pixels = torch.bincount(label.flatten())
         ground = torch.bincount(label[percept.on_ground], minlength=len(pixels))
         flat = (ground > self.background_share * pixels).nonzero()[:, 0].tolist()
@@ -76,20 +85,28 @@ class Silberman:
 
 
 def merged_once(
-    percept: Percept, label: Tensor, stage: Stage, variant: Variant, order: Order, generator: torch.Generator
+    label: Tensor,
+    edgelets: Edgelets,
+    within: Tensor,
+    threshold: float,
+    order: Order,
+    generator: torch.Generator,
 ) -> Tensor:
-    """The regions (H, W) that one stage makes of those of `label`, numbered from 1 without gaps."""
-    edgelets = trace_edgelets(label)
+    """The regions (H, W) that one stage makes of those of `label`, numbered from 1 without gaps.
+
+    Args:
+        edgelets: of `label`.
+        within: confidence (L,) that each lies within one object.
+        threshold: regions are merged while this or more is the least confidence along their border.
+    """
     if not len(edgelets.first):
         return label
-    regions = describe_regions(percept, label)
-    within = stage(edgelet_appearance(regions, edgelets, percept.boundaries, variant))
     draw: Callable[[float], float] = (
         (lambda sure: -sure)
         if order == "best"
         else lambda _: float(torch.rand(1, generator=generator, dtype=torch.float64))
     )
-    owner = _owners(int(label.max()), edgelets, within, stage.threshold, draw)
+    owner = _owners(int(label.max()), edgelets, within, threshold, draw)
     number = torch.unique(torch.tensor(owner), return_inverse=True)[1] + 1
     return F.pad(number, (1, 0))[label]
 

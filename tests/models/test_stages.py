@@ -45,13 +45,13 @@ def test_a_stage_is_surer_of_what_looked_alike_in_training(merging: StagedMergin
     assert apart < 0.2
 
 
-def test_confidence_is_the_logistic_function_of_half_the_log_odds(merging: StagedMerging) -> None:
-    from lightgbm import Booster
-
-    rows = torch.rand(50, len(APPEARANCE_COLUMNS), generator=torch.Generator().manual_seed(4)).double()
-    probability = torch.from_numpy(Booster(model_str=merging.stages[0].trees).predict(rows.numpy()))
-    odds = (merging.stages[0](rows) / (1 - merging.stages[0](rows))).square()
-    assert torch.allclose(odds / (1 + odds), probability, atol=1e-12)
+def test_confidence_is_the_share_of_edgelets_within_an_object_among_those_that_look_alike() -> None:
+    rows = torch.zeros(4000, len(APPEARANCE_COLUMNS)).double()
+    rows[2000:, STRENGTH] = 1.0
+    # Of the weak edgelets three in four lie within an object, of the strong ones one in five.
+    within = torch.cat([torch.arange(2000) % 4 > 0, torch.arange(2000) % 5 == 0])
+    trees, _ = boosted(rows, within, StagePlan(0.5, trees=30, leaves=2), seed=0)
+    assert BoostedStage(0.5, trees)(rows[[0, -1]]).tolist() == pytest.approx([0.75, 0.2], abs=0.01)
 
 
 def test_no_edgelets_need_no_judgement(merging: StagedMerging) -> None:

@@ -47,36 +47,30 @@ def stripes(*columns: int) -> Tensor:
 
 
 def merge(
-    percept: Percept,
-    label: Tensor,
-    confidence: Sequence[float],
-    threshold: float,
-    order: Order = "best",
-    seed: int = 0,
+    label: Tensor, confidence: Sequence[float], threshold: float, order: Order = "best", seed: int = 0
 ) -> Tensor:
-    stage = Told(lambda rows: torch.tensor(confidence, dtype=torch.float64)[-len(rows) :], threshold)
-    return merged_once(percept, label, stage, "fixed", order, torch.Generator().manual_seed(seed))
+    edgelets = trace_edgelets(label)
+    within = torch.tensor(confidence, dtype=torch.float64)[-len(edgelets) :]
+    return merged_once(label, edgelets, within, threshold, order, torch.Generator().manual_seed(seed))
 
 
-def test_each_stage_of_a_chain_joins_what_reaches_its_threshold(percept: Percept) -> None:
+def test_each_stage_of_a_chain_joins_what_reaches_its_threshold() -> None:
     label, left = stripes(80, 160, 240), []
     for threshold in (0.9, 0.8, 0.7):
-        label = merge(percept, label, (0.95, 0.85, 0.75), threshold)
+        label = merge(label, (0.95, 0.85, 0.75), threshold)
         left.append(int(label.max()))
     assert left == [3, 2, 1]
 
 
-def test_a_threshold_is_reached_by_as_much_and_not_by_less(percept: Percept) -> None:
-    assert int(merge(percept, stripes(160), (0.7,), 0.7).max()) == 1
-    assert int(merge(percept, stripes(160), (0.7,), 0.7000001).max()) == 2
+def test_a_threshold_is_reached_by_as_much_and_not_by_less() -> None:
+    assert int(merge(stripes(160), (0.7,), 0.7).max()) == 1
+    assert int(merge(stripes(160), (0.7,), 0.7000001).max()) == 2
 
 
-def test_the_regions_of_a_stage_are_numbered_without_gaps_and_cover_what_they_covered(
-    percept: Percept,
-) -> None:
+def test_the_regions_of_a_stage_are_numbered_without_gaps_and_cover_what_they_covered() -> None:
     label = stripes(80, 160, 240)
     label[:20] = 0
-    merged = merge(percept, label, (0.95, 0.1, 0.75), 0.7)
+    merged = merge(label, (0.95, 0.1, 0.75), 0.7)
     assert merged.unique().tolist() == [0, 1, 2]
     assert torch.equal(merged, torch.where(label > 0, (label + 1) // 2, 0))
 
@@ -88,15 +82,15 @@ def ring_and_bridge() -> Tensor:
     return label
 
 
-def test_one_strong_edgelet_holds_two_regions_apart(percept: Percept) -> None:
+def test_one_strong_edgelet_holds_two_regions_apart() -> None:
     label = ring_and_bridge()
     edgelets = trace_edgelets(label)
     between = (edgelets.first == 0) & (edgelets.second == 1)
     assert int(between.sum()) == 2
     sure = torch.where(between, 0.9, 0.0).double()
-    assert int(merge(percept, label, sure.tolist(), 0.7).max()) == 2
+    assert int(merge(label, sure.tolist(), 0.7).max()) == 2
     sure[between.nonzero()[0]] = 0.6
-    assert int(merge(percept, label, sure.tolist(), 0.7).max()) == 3
+    assert int(merge(label, sure.tolist(), 0.7).max()) == 3
 
 
 CORNER_SURE = {(0, 1): 0.95, (0, 2): 0.9, (1, 2): 0.2}
@@ -109,43 +103,50 @@ def corner() -> Tensor:
     return label
 
 
-def test_a_merged_region_keeps_the_least_sure_of_its_borders(percept: Percept) -> None:
+def test_a_merged_region_keeps_the_least_sure_of_its_borders() -> None:
     # 1 and 2 are joined first; 3 is sure to belong to 1, but not to 2, and so not to both.
     label = corner()
     edgelets = trace_edgelets(label)
     sure = [CORNER_SURE[pair] for pair in zip(edgelets.first.tolist(), edgelets.second.tolist(), strict=True)]
-    merged = merge(percept, label, sure, 0.7)
+    merged = merge(label, sure, 0.7)
     assert int(merged.max()) == 2
     assert torch.equal(merged == 2, label == 3)
 
 
-def test_the_surest_border_goes_first_and_chance_may_choose_another(percept: Percept) -> None:
+def test_the_surest_border_goes_first_and_chance_may_choose_another() -> None:
     label = corner()
     edgelets = trace_edgelets(label)
     sure = [CORNER_SURE[pair] for pair in zip(edgelets.first.tolist(), edgelets.second.tolist(), strict=True)]
     outcomes = {
-        tuple(merge(percept, label, sure, 0.7, "random", seed)[[0, 0, -1], [0, -1, 0]].tolist())
-        for seed in range(20)
+        tuple(merge(label, sure, 0.7, "random", seed)[[0, 0, -1], [0, -1, 0]].tolist()) for seed in range(20)
     }
     assert outcomes == {(1, 1, 2), (1, 2, 1)}
 
 
-def test_nothing_is_sure_where_a_single_region_has_no_border(percept: Percept) -> None:
+def test_nothing_is_sure_where_a_single_region_has_no_border() -> None:
     label = torch.ones(HEIGHT, WIDTH, dtype=torch.int64)
-    assert torch.equal(merge(percept, label, (), 0.5), label)
+    assert torch.equal(merge(label, (), 0.5), label)
 
 
 def test_a_stage_is_shown_every_edgelet_with_all_its_features(percept: Percept) -> None:
     shown: list[Tensor] = []
     label = ring_and_bridge()
     stage = Told(lambda rows: (shown.append(rows), torch.zeros(len(rows)).double())[1])
-    merged_once(percept, label, stage, "fixed", "best", torch.Generator())
+    Silberman(Learned([stage]))(replace(percept, fine=label))
     assert shown[0].shape == (len(trace_edgelets(label)), len(APPEARANCE_COLUMNS))
     assert bool(shown[0].isfinite().all())
 
 
 def test_without_stages_the_atoms_are_the_regions(percept: Percept) -> None:
-    assert torch.equal(Silberman(Learned())(percept).label, percept.fine)
+    assert torch.equal(Silberman(Learned(), least_px=0)(percept).label, percept.fine)
+
+
+def test_a_speck_joins_its_neighbour_in_the_end(percept: Percept) -> None:
+    label = torch.ones(HEIGHT, WIDTH, dtype=torch.int64)
+    label[100:110, 100:119] = 2
+    seen = replace(percept, fine=label)
+    assert Silberman(Learned(), least_px=190)(seen).label.unique().tolist() == [1, 2]
+    assert Silberman(Learned(), least_px=191)(seen).label.unique().tolist() == [1]
 
 
 def test_a_stage_that_is_sure_of_all_leaves_one_region_where_all_hangs_together(percept: Percept) -> None:
