@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import torch
@@ -34,9 +35,11 @@ class Cues:
 
 
 def cues_of(frame: Frame) -> Cues:
-    """Look for every sign of an edge."""
-    rim = _rim(without_gaps(frame.depth > 0)).expand(4, -1, -1)
-    return Cues(torch.cat([color_gradients(frame.color), relief(frame), rim[None]]))
+    """Look for every sign of an edge, in colour and in depth side by side where torch may use several threads."""
+    with ThreadPoolExecutor(min(2, torch.get_num_threads())) as pool:
+        color, depth = pool.submit(color_gradients, frame.color), pool.submit(relief, frame)
+        rim = _rim(without_gaps(frame.depth > 0)).expand(4, -1, -1)
+        return Cues(torch.cat([color.result(), depth.result(), rim[None]]))
 
 
 def _rim(mask: Tensor) -> Tensor:

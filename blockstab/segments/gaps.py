@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
 import torch
-import torch.nn.functional as F
+from scipy.ndimage import maximum_filter, minimum_filter
 from skimage.segmentation import watershed
 from torch import Tensor
 
@@ -14,9 +15,9 @@ REACH_PX = 3
 def without_gaps(mask: Tensor, reach_px: int = REACH_PX) -> Tensor:
     """The (H, W) bool mask with those gaps closed of which no pixel lies deeper than `reach_px`."""
     size = 2 * reach_px + 1
-    grown = F.max_pool2d(mask.float()[None], size, stride=1, padding=reach_px)
-    shrunk = -F.max_pool2d(-grown, size, stride=1, padding=reach_px)
-    return mask | (shrunk[0] > 0)
+    grown = maximum_filter(mask.numpy().view(np.uint8), size, mode="constant", cval=0)
+    shrunk = minimum_filter(grown, size, mode="constant", cval=1)
+    return mask | torch.from_numpy(shrunk > 0)
 
 
 def fill_gaps(label: Tensor, reach_px: int = REACH_PX) -> Tensor:
