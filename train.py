@@ -54,9 +54,9 @@ def train_potentials(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None
         rows = [getattr(e, name) for e in examples]
         group = torch.cat([torch.full((len(r.target),), i) for i, r in enumerate(rows)])
         features, target = torch.cat([r.features for r in rows]), torch.cat([r.target for r in rows])
-        chosen = choose_c(features, target, group, COLUMNS[name], head, seed=cfg.seed)
+        chosen = choose_c(features, target, group, COLUMNS[name], head, seed=cfg.seed, jobs=cfg.jobs)
         potentials[name] = fit_potential(
-            features, target, group, COLUMNS[name], head, c=chosen.c, seed=cfg.seed
+            features, target, group, COLUMNS[name], head, c=chosen.c, seed=cfg.seed, jobs=cfg.jobs
         )
         facts[name] = {
             "rows": len(target),

@@ -7,6 +7,7 @@ from functools import partial
 from typing import NamedTuple
 
 import torch
+from joblib import Parallel, delayed
 from rich.console import Console
 from rich.progress import track
 from sklearn.model_selection import GroupKFold
@@ -15,7 +16,7 @@ from torch import Tensor
 from models.calibration import platt
 from models.heads import HeadFactory, Potential
 from models.losses import balanced_weights, squared_epsilon_insensitive
-from models.training import train_potential
+from models.training import one_thread, train_potential
 
 GRID = (1e-3, 1e-2, 1e-1, 1.0, 10.0)  # values of C to choose from
 FOLDS = 5
@@ -33,6 +34,7 @@ def fit_potential(
     epochs: int = EPOCHS,
     folds: int = FOLDS,
     seed: int = 0,
+    jobs: int = 1,
 ) -> Potential:
     """Train a potential on all rows, and calibrate it on potentials from fits that had not seen the row.
 
@@ -46,6 +48,7 @@ def fit_potential(
         epochs: at most; training ends when the objective no longer falls.
         folds: how many parts calibration makes of the images.
         seed: decides the head's first parameters, and with them everything.
+        jobs: fits side by side; no number depends on it.
 
     Returns:
         A potential whose parameters ask for no gradient.
@@ -55,7 +58,9 @@ def fit_potential(
     """
     weight = _checked_weights(features, target, groups, columns, folds)
     fit = partial(train_potential, columns=columns, head=head, c=c, epochs=epochs, seed=seed)
-    a, b = platt(_unseen(fit, features, target, weight, groups, folds), target)
+    (unseen,) = _unseen([fit], features, target, weight, groups, folds, jobs)
+    with one_thread():
+        a, b = platt(unseen, target)
     potential = fit(features, target, weight)
     potential.a.fill_(a)
     potential.b.fill_(b)
@@ -78,36 +83,51 @@ def choose_c(
     epochs: int = EPOCHS,
     folds: int = FOLDS,
     seed: int = 0,
+    jobs: int = 1,
 ) -> ChosenC:
     """The C with the least loss on held-out images, the smaller of equals; the rest as in `fit_potential`."""
     weight = _checked_weights(features, target, groups, columns, folds)
-    losses = {}
-    for c in sorted(grid):
-        fit = partial(train_potential, columns=columns, head=head, c=c, epochs=epochs, seed=seed)
-        unseen = _unseen(fit, features, target, weight, groups, folds)
-        losses[c] = float(squared_epsilon_insensitive(unseen, target, weight))
+    grid = sorted(grid)
+    fits = [partial(train_potential, columns=columns, head=head, c=c, epochs=epochs, seed=seed) for c in grid]
+    unseen = _unseen(fits, features, target, weight, groups, folds, jobs)
+    losses = {
+        c: float(squared_epsilon_insensitive(potentials, target, weight))
+        for c, potentials in zip(grid, unseen, strict=True)
+    }
     return ChosenC(min(losses, key=losses.__getitem__), losses)
 
 
+_Fit = Callable[[Tensor, Tensor, Tensor], Potential]
+
+
 def _unseen(
-    fit: Callable[[Tensor, Tensor, Tensor], Potential],
+    fits: Sequence[_Fit],
     features: Tensor,
     target: Tensor,
     weight: Tensor,
     groups: Tensor,
     folds: int,
-) -> Tensor:
-    """Potentials of all rows, (N,), each from a fit to the images of the other folds."""
-    potentials = torch.empty(len(target), dtype=torch.float64)
+    jobs: int,
+) -> list[Tensor]:
+    """For each way to fit, potentials of all rows, (N,), each from a fit to the images of the other folds."""
+    splits = list(GroupKFold(folds).split(features, groups=groups))
+    work = [
+        delayed(_judged)(fit, features[train], target[train], weight[train], features[test])
+        for fit in fits
+        for train, test in splits
+    ]
+    done = Parallel(n_jobs=jobs, return_as="generator")(work)
     console = Console(stderr=True)
-    splits = GroupKFold(folds).split(features, groups=groups)
     bar = track(
-        splits, "cross-validation", folds, transient=True, console=console, disable=not console.is_terminal
+        done, "cross-validation", len(work), transient=True, console=console, disable=not console.is_terminal
     )
-    for train, test in bar:
-        potential = fit(features[train], target[train], weight[train])
-        potentials[test] = potential(features[test]).detach()
-    return potentials
+    order = torch.cat([torch.from_numpy(test) for _, test in splits]).argsort()
+    return list(torch.cat(list(bar)).view(len(fits), -1)[:, order])
+
+
+def _judged(fit: _Fit, features: Tensor, target: Tensor, weight: Tensor, unseen: Tensor) -> Tensor:
+    """Potentials of the rows of `unseen` from a fit to the others."""
+    return fit(features, target, weight)(unseen).detach()
 
 
 def _checked_weights(

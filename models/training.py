@@ -61,7 +61,7 @@ def train_potential(
     epochs: int,
     seed: int,
 ) -> Potential:
-    """A potential standardised on these rows and trained on them; not yet calibrated.
+    """A potential standardised on these rows and trained on them, by one thread; not yet calibrated.
 
     Args:
         features: (N, F) raw, finite.
@@ -81,7 +81,7 @@ def train_potential(
     scale = torch.where(scale > 1e-10 * mean.abs(), scale, 1.0)
     potential = Potential(columns, initialised(head, len(columns), seed), mean, scale, unit=unit)
     rows = (potential.standardised(features), target.double(), weight)
-    with _quiet_lightning():
+    with _quiet_lightning(), one_thread():
         trainer = pl.Trainer(
             accelerator="cpu",
             max_epochs=epochs,
@@ -94,6 +94,17 @@ def train_potential(
         # A list of one batch is all that this loader asks of a data set.
         trainer.fit(PotentialFit(potential, c), DataLoader([rows], batch_size=None))  # type: ignore[arg-type]
     return potential
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let torch add in one order, whatever the machine; rows are so few that a second thread gains little."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
 
 
 @contextmanager

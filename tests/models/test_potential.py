@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from functools import partial
 
 import numpy as np
@@ -95,6 +96,24 @@ def test_the_same_seed_gives_the_same_bits_whatever_the_global_one(head, generat
         )
     assert all(torch.equal(states[0][key], states[1][key]) for key in states[0])
     assert list(tmp_path.iterdir()) == []  # Lightning leaves no files behind
+
+
+def test_neither_fits_side_by_side_nor_threads_change_a_bit(generator):
+    features, target, groups = rows(generator, 3000)
+    states = []
+    for jobs, threads in ((1, 1), (2, 1), (1, 4)):
+        with using_threads(threads):
+            fitted = fit_potential(features, target, groups, COLUMNS, MLPHead, c=0.1, folds=2, jobs=jobs)
+        states.append(fitted.state_dict())
+    assert all(torch.equal(states[0][key], state[key]) for state in states[1:] for key in state)
+
+
+@contextmanager
+def using_threads(count):
+    before = torch.get_num_threads()
+    torch.set_num_threads(count)
+    yield
+    torch.set_num_threads(before)
 
 
 def test_badness_is_the_share_of_bad_rows_not_of_balanced_ones(generator):
