@@ -22,7 +22,7 @@ from blockstab.datasets.readable import readable
 from blockstab.datasets.sets import SceneSet
 from blockstab.datasets.splits import scenes_of
 from blockstab.export import write_whole
-from blockstab.parser import Potentials
+from blockstab.parser import Parser
 from blockstab.rgbd.frame import Frame
 from blockstab.scoring import Score, score_scene
 from models.entry import one_line_errors
@@ -45,9 +45,15 @@ def run(cfg: DictConfig) -> None:
     potentials, out = parsing_potentials(cfg.potentials), Path(cfg.out)
     chosen = scenes_of(data, split, cfg.part, Path(cfg.splits))
     scenes = readable(data, chosen, cfg.strict, cfg.jobs)
-    rows = [
-        row_of(name, method, cfg, data, scenes, potentials, out)
+    boundaries = instantiate(cfg.boundaries)
+    # All are made before any of them works: a misspelt one stops here, not after hours.
+    parsers = {
+        name: instantiate(method.parser)(potentials=potentials, boundaries=boundaries, seed=cfg.seed)
         for name, method in cfg.experiment.methods.items()
+    }
+    rows = [
+        row_of(name, parser, cfg, data, scenes, out, tuple(cfg.experiment.methods[name].scores))
+        for name, parser in parsers.items()
     ]
     results = {
         "experiment": cfg.experiment.name,
@@ -70,17 +76,14 @@ def run(cfg: DictConfig) -> None:
 
 def row_of(
     name: str,
-    method: DictConfig,
+    parser: Parser,
     cfg: DictConfig,
     data: SceneSet,
     scenes: list[str],
-    potentials: Potentials,
     out: Path,
+    wanted: tuple[str, ...],
 ) -> dict[str, Any]:
     """Predict with one method, then score its files."""
-    parser = instantiate(method.parser)(
-        potentials=potentials, boundaries=instantiate(cfg.boundaries), seed=cfg.seed
-    )
     where = out / "predictions" / name
     jobs = [Job(s, partial(frame_of, data, s), partial(data.stamp, s)) for s in scenes]
     failed = [
@@ -90,9 +93,9 @@ def row_of(
         raise SystemExit(
             f"{name}: {len(failed)} of {len(jobs)} scenes failed; a score without them would mislead."
         )
-    each = {s: score_scene(*data.read(s), where / s, tuple(method.scores)) for s in scenes}
+    each = {s: score_scene(*data.read(s), where / s, wanted) for s in scenes}
     scores, intervals = {}, {}
-    for score in method.scores:
+    for score in wanted:
         parts = [s[score] for s in each.values() if s[score].things]
         scores[score] = pooled(parts)
         intervals[score] = interval(parts, cfg.seed)
@@ -101,7 +104,7 @@ def row_of(
     }
     return {
         "method": name,
-        "potential": potentials.name,
+        "potential": parser.potentials.name,
         "scores": scores,
         "ci95": intervals,
         "per_image": per_image,

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from hydra.errors import InstantiationException
+
 
 @contextmanager
 def one_line_errors() -> Iterator[None]:
@@ -13,3 +15,8 @@ def one_line_errors() -> Iterator[None]:
         yield
     except (ValueError, ModuleNotFoundError) as error:
         raise SystemExit(" ".join(str(error).split())) from None
+    except InstantiationException as error:
+        # What a part of the configuration refuses is its caller's mistake; all else keeps its traceback.
+        if not isinstance(error.__cause__, (ValueError, ModuleNotFoundError)):
+            raise
+        raise SystemExit(" ".join(str(error.__cause__).split())) from None

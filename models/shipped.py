@@ -12,7 +12,7 @@ from models.record import CheckpointError
 
 Learned = TypeVar("Learned")
 
-_SPOILT = (ValueError, KeyError, TypeError, OverflowError, RecursionError)
+_SPOILT = (ValueError, TypeError, OverflowError, RecursionError)
 
 
 def read_learned(
@@ -40,6 +40,8 @@ def read_learned(
         if not isinstance(record, dict):
             raise ValueError("it must be an object.")
         return make(record)
+    except KeyError as error:
+        raise CheckpointError(f"{file} holds no {target} that can be used: it has no {error}.") from None
     except _SPOILT as error:
         said = " ".join(str(error).split())
         raise CheckpointError(f"{file} holds no {target} that can be used: {said:.200}") from None

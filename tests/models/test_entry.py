@@ -1,5 +1,7 @@
 import pytest
 import torch
+from hydra.errors import InstantiationException
+from hydra.utils import instantiate
 
 from blockstab.datasets.sets import FolderScenes
 from models.entry import one_line_errors
@@ -11,6 +13,17 @@ def test_a_callers_mistake_becomes_one_line_and_exit_status_1():
     with pytest.raises(SystemExit) as stop, one_line_errors():
         raise ValueError("the root\nholds no scene")
     assert stop.value.code == "the root holds no scene"
+
+
+def test_what_a_part_of_the_configuration_refuses_becomes_one_line():
+    with pytest.raises(SystemExit) as stop, one_line_errors():
+        instantiate({"_target_": "models.stages.silberman", "stages": "missing.json"})
+    assert stop.value.code == "missing.json is not there; train it with `python train.py target=stages`."
+
+
+def test_a_part_of_the_configuration_that_breaks_keeps_its_traceback():
+    with pytest.raises(InstantiationException), one_line_errors():
+        instantiate({"_target_": "operator.truediv", "_args_": [1, 0]})
 
 
 def test_a_defect_of_our_own_keeps_its_traceback():
