@@ -13,10 +13,11 @@ from rich.progress import track
 from sklearn.model_selection import GroupKFold
 from torch import Tensor
 
+from blockstab.threads import one_thread
 from models.calibration import platt
 from models.heads import HeadFactory, Potential
 from models.losses import balanced_weights, squared_epsilon_insensitive
-from models.training import one_thread, train_potential
+from models.training import train_potential
 
 GRID = (1e-3, 1e-2, 1e-1, 1.0, 10.0)  # values of C to choose from
 FOLDS = 5

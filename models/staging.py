@@ -16,9 +16,7 @@ from torch import Tensor
 
 from blockstab.boundaries.combination import Combination, FixedWeights
 from blockstab.datasets.sets import SceneSet
-from blockstab.features.appearance import Variant, edgelet_appearance
-from blockstab.features.regions import viewed_regions
-from blockstab.features.views import view
+from blockstab.features.appearance import Variant, describe_regions, edgelet_appearance
 from blockstab.percept import estimated_ground, perceive
 from blockstab.proposals.silberman import Order, merged_once
 from blockstab.segments.edgelets import trace_edgelets
@@ -129,7 +127,7 @@ class StageTrainer:
             if stages:
                 before = self._kept(scene, data, stages[:-1], cache)
                 label = self._merged(before["label"].long(), before["features"], stages)
-            edgelets, regions = trace_edgelets(label), viewed_regions(view(percept), label)
+            edgelets, regions = trace_edgelets(label), describe_regions(percept, label)
             owner = majority(label, frame.label)
             first, second = owner[edgelets.first], owner[edgelets.second]
             return {

@@ -13,6 +13,7 @@ from pytorch_lightning.callbacks import EarlyStopping
 from torch import Tensor
 from torch.utils.data import DataLoader
 
+from blockstab.threads import one_thread
 from models.heads import HeadFactory, Potential, compressed, initialised
 from models.losses import svr_objective
 
@@ -94,17 +95,6 @@ def train_potential(
         # A list of one batch is all that this loader asks of a data set.
         trainer.fit(PotentialFit(potential, c), DataLoader([rows], batch_size=None))  # type: ignore[arg-type]
     return potential
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """Let torch add in one order, whatever the machine; rows are so few that a second thread gains little."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(threads)
 
 
 @contextmanager

@@ -14,6 +14,7 @@ ROOT = Path(__file__).resolve().parents[1]
 # A part may import those before it.
 ORDER = (
     *(
+        "threads",
         "planar",
         "convex",
         "rgbd",

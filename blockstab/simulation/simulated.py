@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from typing import Any
@@ -23,6 +21,7 @@ from blockstab.simulation.sensors import sensor
 from blockstab.simulation.solids import Pile
 from blockstab.simulation.viewpoint import View, draw_view
 from blockstab.stability.support import SupportType
+from blockstab.threads import one_thread
 
 VERSION = 3  # raised whenever the same seed makes another scene than before
 _ATTEMPTS = 50
@@ -78,7 +77,7 @@ def simulate_scene(recipe: Recipe, index: int) -> tuple[Frame, Truth]:
         ModuleNotFoundError: MuJoCo is not installed.
     """
     kind, eye, generator = preset(recipe.preset), sensor(recipe.sensor), recipe.generator(index)
-    with _one_thread():
+    with one_thread():
         pile, held = _resting_pile(kind, generator)
         view = draw_view(generator, pile, eye, kind.setting)
         room = furnish(generator, view, pile, kind.setting)
@@ -138,14 +137,3 @@ def boundary_of(surface: Tensor) -> Tensor:
     boundary[0, :, :-1] = surface[:, :-1] != surface[:, 1:]
     boundary[1, :-1] = surface[:-1] != surface[1:]
     return boundary
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    # Sums may depend on how many threads share them, and scenes must not depend on the number of jobs.
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(threads)
