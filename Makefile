@@ -7,7 +7,7 @@ STAMP := .venv/.installed
 DEMO := out/demo
 JOBS ?= 2
 
-.PHONY: setup demo test lint types bench docs pretrained proposals python
+.PHONY: setup demo test test-capabilities lint types bench docs pretrained proposals figures python
 .DEFAULT_GOAL := setup
 
 setup: $(STAMP)
@@ -19,19 +19,26 @@ $(STAMP): pyproject.toml constraints.txt | python
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt torch
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs]'
+	$(BIN)/python -c 'from blockstab.stability.judging import warm_up; warm_up()'
 	@touch $@
 
 demo: $(STAMP)
 	$(BIN)/blockstab simulate --preset blocks --count 24 --seed 1 --jobs $(JOBS) --out $(DEMO)/train
 	$(BIN)/blockstab simulate --preset blocks --count 12 --seed 2 --jobs $(JOBS) --out $(DEMO)/test
-	$(BIN)/python train.py potential=svm data=folder data.root=$(DEMO)/train output=$(DEMO)/svm cache=$(DEMO)/examples jobs=$(JOBS)
-	$(BIN)/python train.py potential=mlp data=folder data.root=$(DEMO)/train output=$(DEMO)/mlp cache=$(DEMO)/examples jobs=$(JOBS)
-	$(BIN)/blockstab parse $(DEMO)/test/*/ --potentials $(DEMO)/mlp.json --jobs $(JOBS) --out $(DEMO)/parsed
-	$(BIN)/python evaluate.py experiment=blocks data=folder data.root=$(DEMO)/test potentials=$(DEMO)/mlp.json out=$(DEMO)/evaluation jobs=$(JOBS)
+	$(BIN)/python train.py potential=svm rounds=0 data=folder data.root=$(DEMO)/train output=$(DEMO)/svm cache=$(DEMO)/examples jobs=$(JOBS)
+	$(BIN)/python train.py potential=trees search.rounds=4 data=folder data.root=$(DEMO)/train output=$(DEMO)/trees cache=$(DEMO)/examples jobs=$(JOBS)
+	$(BIN)/blockstab parse $(DEMO)/test/*/ --potentials $(DEMO)/trees.json --jobs $(JOBS) --out $(DEMO)/parsed
+	$(BIN)/python evaluate.py experiment=demo data=folder data.root=$(DEMO)/test potentials=$(DEMO)/trees.json out=$(DEMO)/evaluation jobs=$(JOBS)
 	@echo "Look at the reports: $(DEMO)/parsed/*/report.html"
 
 test: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(JOBS) tests
+
+# The tests with the instructions of older processors, which round otherwise; this one must have AVX2, if it is an x86.
+test-capabilities: $(STAMP)
+	for capability in default avx2; do \
+		ATEN_CPU_CAPABILITY=$$capability OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(JOBS) tests || exit 1; \
+	done
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
@@ -49,8 +56,13 @@ docs: $(STAMP)
 	@echo "docs/_build/index.html"
 
 pretrained: $(STAMP)
-	$(BIN)/python train.py potential=svm output=models/pretrained/svm jobs=$(JOBS)
-	$(BIN)/python train.py potential=mlp output=models/pretrained/mlp jobs=$(JOBS)
+	$(BIN)/python train.py data=mixed potential=trees search.rounds=5 output=models/pretrained/trees jobs=$(JOBS)
+	$(BIN)/python train.py data=mixed potential=mlp rounds=0 fit.most_rows=15000 output=models/pretrained/mlp jobs=$(JOBS)
+	$(BIN)/python train.py data=mixed potential=svm rounds=0 fit.most_rows=20000 output=models/pretrained/svm jobs=$(JOBS)
+	$(BIN)/python train.py data=mixed potential=svm rounds=0 fit.most_rows=20000 features=paper fit.target=bit fit.structured=false \
+		output=models/pretrained/svm_paper jobs=$(JOBS)
+	$(BIN)/python train.py data=mixed potential=svm rounds=0 fit.most_rows=20000 features=paper_without_stability fit.target=bit \
+		fit.structured=false output=models/pretrained/svm_paper_without_stability jobs=$(JOBS)
 	$(BIN)/python train.py target=boundary data.preset=objects output=models/pretrained/boundary jobs=$(JOBS)
 	$(BIN)/python train.py target=stages data.preset=objects data.count=100 output=models/pretrained/silberman jobs=$(JOBS)
 
@@ -74,4 +86,19 @@ proposals: $(STAMP)
 	$(BIN)/python -m benchmarks.atoms --root $(OSD) --out docs/results/atoms_osd.json --jobs $(JOBS)
 	$(BIN)/blockstab simulate --preset objects --count 50 --seed 5000 --jobs $(JOBS) --out $(PROPOSALS)/objects
 	$(BIN)/python -m benchmarks.atoms --root $(PROPOSALS)/objects --out docs/results/atoms_objects.json --jobs $(JOBS)
+	$(BIN)/python docs/tables.py
+
+# What searches do, on simulated scenes (Figures 11, 13 and 14 of the paper).
+FIGURES := out/figures
+FIGURE_SCENES := $(addprefix $(FIGURES)/objects/objects_,0001 0002)
+figures: $(STAMP)
+	for preset in blocks grocery objects; do \
+		$(BIN)/blockstab simulate --preset $$preset --count 20 --seed 6000 --jobs $(JOBS) --out $(FIGURES)/$$preset && \
+		$(BIN)/python evaluate.py experiment=figure13 data=folder data.root=$(FIGURES)/$$preset out=$(FIGURES)/$$preset-course \
+			jobs=$(JOBS) && \
+		cp $(FIGURES)/$$preset-course/results.json docs/results/figure13_$$preset.json || exit 1; \
+	done
+	$(BIN)/python docs/figures/energy.py docs/results/figure13_*.json
+	$(BIN)/python docs/figures/potentials.py $(FIGURE_SCENES)
+	$(BIN)/python docs/figures/sequence.py $(FIGURE_SCENES)
 	$(BIN)/python docs/tables.py

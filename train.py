@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from datetime import date
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import hydra
 import torch
-from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 import blockstab
@@ -18,10 +19,10 @@ from blockstab.datasets.sets import SceneSet
 from blockstab.datasets.splits import scenes_of
 from models.boundary import save_boundary, train_boundary
 from models.checkpoint import save_potentials
-from models.entry import one_line_errors
-from models.examples import COLUMNS, ExampleMaker, Examples
+from models.entry import made, one_line_errors
+from models.examples import ExampleMaker
+from models.fitting import fit_all
 from models.gathering import gathered
-from models.potential import choose_c, fit_potential
 from models.stages import save_stages
 from models.staging import StageTrainer
 
@@ -37,42 +38,53 @@ def run(cfg: DictConfig) -> None:
     """Choose the scenes, and train."""
     if cfg.target not in TARGETS:
         raise ValueError(f"There is no target {cfg.target!r}; choose from: {', '.join(TARGETS)}.")
-    data = instantiate(cfg.data)
-    chosen = scenes_of(data, instantiate(cfg.split), cfg.part, Path(cfg.splits))
+    data = made(cfg.data)
+    chosen = scenes_of(data, made(cfg.split), cfg.part, Path(cfg.splits))
     TARGETS[cfg.target](cfg, data, readable(data, chosen, cfg.strict, cfg.jobs))
 
 
 def train_potentials(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:
-    """The unary, pairwise and merge potentials of one head: make examples, fit each, and save them."""
+    """The potentials of one head: make examples, fit, search with what was fitted for more examples, fit again."""
     maker = ExampleMaker(
-        instantiate(cfg.proposals), variants=cfg.variants, boundaries=instantiate(cfg.boundaries)
+        proposals=[made(proposal) for proposal in (cfg.proposals, *cfg.examples.starts.values())],
+        moves=made(cfg.search).moves,
+        boundaries=made(cfg.boundaries),
+        pool=made(cfg.pool),
+        walks=cfg.examples.walks,
+        steps=cfg.examples.steps,
+        most_states=cfg.examples.most_states,
     )
-    examples = gathered(data, scenes, maker, cfg.seed, Path(cfg.cache), cfg.jobs)
-    head = instantiate(cfg.potential)
-    potentials, facts = {}, {}
-    for name in Examples._fields:
-        rows = [getattr(e, name) for e in examples]
-        group = torch.cat([torch.full((len(r.target),), i) for i, r in enumerate(rows)])
-        features, target = torch.cat([r.features for r in rows]), torch.cat([r.target for r in rows])
-        chosen = choose_c(features, target, group, COLUMNS[name], head, seed=cfg.seed, jobs=cfg.jobs)
-        potentials[name] = fit_potential(
-            features, target, group, COLUMNS[name], head, c=chosen.c, seed=cfg.seed, jobs=cfg.jobs
-        )
-        facts[name] = {
-            "rows": len(target),
-            "bad_share": round(float(target.mean()), 4),
-            "c": chosen.c,
-            "held_out_loss": round(chosen.held_out_loss[chosen.c], 5),
-        }
-        print(name, facts[name])
-    save_potentials(Path(cfg.output), potentials, {**provenance(cfg, len(scenes)), "potentials": facts})
+    keep = partial(
+        gathered, data, seed=cfg.seed, cache=Path(cfg.cache), jobs=cfg.jobs, overwrite=cfg.overwrite
+    )
+    fit = partial(
+        fit_all,
+        head=made(cfg.potential),
+        features=made(cfg.features),
+        target=cfg.fit.target,
+        structured=cfg.fit.structured,
+        most_rows=cfg.fit.most_rows,
+        seed=cfg.seed,
+        jobs=cfg.jobs,
+    )
+    examples = keep(scenes, maker)
+    found = fit(examples)
+    for number in range(cfg.rounds):
+        # What a search meets with these potentials, on the training scenes alone, is what they have to judge next.
+        visited = replace(maker, search=made(cfg.search), potentials=found.ready(f"round {number}"))
+        examples = [*examples, *keep(scenes, visited)]
+        found = fit(examples)
+    for kind, facts in found.facts.items():
+        print(kind, facts)
+    facts = {**provenance(cfg, len(scenes)), "potentials": found.facts}
+    save_potentials(Path(cfg.output), found.potentials, found.weight, facts)
     print(f"potentials in {cfg.output}.safetensors and {cfg.output}.json")
 
 
 def train_stages(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:
     """The stages of merging that the proposal `silberman` goes through."""
-    train = StageTrainer(cfg.variant, seed=cfg.seed, boundaries=instantiate(cfg.boundaries))
-    merging = train(data, scenes, provenance(cfg, len(scenes)), Path(cfg.cache), cfg.jobs)
+    train = StageTrainer(cfg.variant, seed=cfg.seed, boundaries=made(cfg.boundaries))
+    merging = train(data, scenes, provenance(cfg, len(scenes)), Path(cfg.cache), cfg.jobs, cfg.overwrite)
     for number, facts in enumerate(merging.provenance["stages"], start=1):
         print(f"stage {number}", facts)
     save_stages(Path(f"{cfg.output}.json"), merging)
@@ -82,7 +94,7 @@ def train_stages(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:
 def train_boundaries(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:
     """The weights of the signs of an edge, for `boundaries=learned`."""
     weights, facts = train_boundary(
-        data, scenes, provenance(cfg, len(scenes)), Path(cfg.cache), cfg.seed, cfg.jobs
+        data, scenes, provenance(cfg, len(scenes)), Path(cfg.cache), cfg.seed, cfg.jobs, cfg.overwrite
     )
     save_boundary(Path(f"{cfg.output}.json"), weights, facts)
     print(f"area under the ROC curve {facts['roc_area']}; weights in {cfg.output}.json")

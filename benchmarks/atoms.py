@@ -21,7 +21,7 @@ from blockstab.metrics import boundary_recall, inner_border, undersegmentation_e
 from blockstab.percept import estimated_ground, perceive
 from blockstab.scoring import Score
 from blockstab.scoring.prediction import object_ids
-from evaluate import interval, pooled
+from blockstab.scoring.rows import Scored, rows_of
 
 NAMES = ("boundary_recall", "undersegmentation_error", "atoms")
 
@@ -48,18 +48,13 @@ def results(data: FolderScenes, jobs: int) -> dict[str, Any]:
     per_image = dict(
         zip(scenes, track(done, "atoms", len(scenes), console=Console(stderr=True)), strict=True)
     )
-    parts = {name: [Score(found[name], 1) for found in per_image.values()] for name in NAMES}
-    row = {
-        "method": "Atoms",
-        "potential": None,
-        "scores": {name: pooled(found) for name, found in parts.items()},
-        "ci95": {name: interval(found, 0) for name, found in parts.items()},
-        "per_image": per_image,
+    scores = {
+        scene: {name: Score(value, 1) for name, value in found.items()} for scene, found in per_image.items()
     }
     return {
         "experiment": "atoms",
         "data": {"name": data.name, "split": "whole", "part": "all", "images": len(scenes), "left_out": []},
-        "rows": [row],
+        "rows": rows_of([Scored("Atoms", None, NAMES, scores)], seed=0),
         "seed": 0,
         "seconds": round(time.perf_counter() - begin, 2),
         "versions": {"blockstab": blockstab.__version__, "torch": torch.__version__},

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import torch
@@ -12,8 +13,9 @@ from joblib import Parallel, delayed
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from blockstab import __version__
-from blockstab.export import write_parsed, write_whole
+from blockstab.export import write_whole
+from blockstab.look import Look
+from blockstab.making import Maker, Parsing
 from blockstab.parser import Parser
 from blockstab.rgbd.frame import Frame
 
@@ -44,19 +46,34 @@ class Outcome:
 
 
 def parse_all(
-    jobs: Sequence[Job], parser: Parser, settings: str, out: Path, workers: int = 1, report: bool = True
+    jobs: Sequence[Job],
+    parser: Parser,
+    out: Path,
+    workers: int = 1,
+    report: bool = True,
+    overwrite: bool = False,
 ) -> list[Outcome]:
-    """Parse every image into its folder under `out`, with a progress bar.
+    """Parse every image into its folder under `out`, as `make_all` does; `report`: write report.html too."""
+    return make_all(jobs, {out: Parsing(parser, report)}, workers, overwrite)[out]
 
-    A job whose result is there, made by this version with the same settings from the same files, is not done
-    again. Each image has one thread of one worker, so that the result does not depend on how many there are.
+
+def make_all(
+    jobs: Sequence[Job], makers: Mapping[Path, Maker], workers: int = 1, overwrite: bool = False
+) -> dict[Path, list[Outcome]]:
+    """Let each maker make its files of every image, in a folder for each image, with a progress bar.
+
+    What is there, made by the same code with the same settings from the same files, is not made again. Each image has
+    one thread of one worker, so that the result does not depend on how many there are; makers share one look at it.
 
     Args:
-        settings: all that decides the result beside the image, in words.
-        report: write report.html too.
+        makers: by the folder where the folders of their images go.
+        overwrite: do every job, whatever is there.
+
+    Returns:
+        what became of each job, in their order, for each maker.
 
     Raises:
-        ValueError: if two jobs have one name.
+        ValueError: if two jobs have one name, or a maker has a part that no `fingerprint` can tell.
     """
     names = [job.name for job in jobs]
     twice = next((name for name in names if names.count(name) > 1), None)
@@ -65,45 +82,64 @@ def parse_all(
             f"Each scene needs a name of its own, but {names.count(twice)} are called {twice}; "
             "parse them to different folders."
         )
-    tasks = (delayed(_parse_one)(job, parser, settings, out / job.name, report) for job in jobs)
+    made_by = {out: maker.fingerprint for out, maker in makers.items()}
+    tasks = (delayed(_make_each)(job, makers, made_by, overwrite) for job in jobs)
     outcomes = Parallel(n_jobs=workers, return_as="generator_unordered")(tasks)
     done = list(followed(outcomes, len(jobs), "parsing"))
-    return sorted(done, key=lambda outcome: names.index(outcome.name))
+    return {out: sorted((each[out] for each in done), key=lambda o: names.index(o.name)) for out in makers}
 
 
-def followed(outcomes: Iterable[Outcome], total: int, doing: str) -> Iterable[Outcome]:
-    """Pass outcomes on, with a bar on standard error and a line for each that failed."""
+def followed(
+    outcomes: Iterable[dict[Path, Outcome]], total: int, doing: str
+) -> Iterable[dict[Path, Outcome]]:
+    """Pass on what became of each image, with a bar on standard error and a line for all that went wrong."""
     console = Console(stderr=True)
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
     with Progress(*columns, console=console) as bar:
         task = bar.add_task(doing, total=total)
-        for outcome in outcomes:
-            if outcome.error is not None:
-                console.print(outcome.error, style="red", markup=False, highlight=False, soft_wrap=True)
+        for each in outcomes:
+            for error in dict.fromkeys(outcome.error for outcome in each.values()):
+                if error is not None:
+                    console.print(error, style="red", markup=False, highlight=False, soft_wrap=True)
             bar.advance(task)
-            yield outcome
+            yield each
 
 
-def _parse_one(job: Job, parser: Parser, settings: str, folder: Path, report: bool) -> Outcome:
+def _make_each(
+    job: Job, makers: Mapping[Path, Maker], made_by: Mapping[Path, str], overwrite: bool
+) -> dict[Path, Outcome]:
     torch.set_num_threads(1)
+
+    @cache
+    def look() -> Look:
+        return Look(job.read())
+
+    return {
+        out: Outcome(job.name, _error_of(job, maker, made_by[out], out / job.name, look, overwrite))
+        for out, maker in makers.items()
+    }
+
+
+def _error_of(
+    job: Job, maker: Maker, made_by: str, folder: Path, look: Callable[[], Look], overwrite: bool
+) -> str | None:
+    """Make the files of one image, where they are not there; what was wrong, in one line."""
     try:
-        made = json.dumps(
-            {"version": __version__, "settings": settings, "inputs": job.stamp(), "report": report}
-        )
+        inputs = f"{job.stamp()} {maker.stamp(job.name)}".strip()
+        made = json.dumps({"fingerprint": made_by, "inputs": inputs, "files": list(maker.files)})
         stamp = folder / MADE
-        files = ("labels.png", "scene.json", *(["report.html"] if report else []))
-        whole = all((folder / file).is_file() for file in files)
-        if whole and stamp.is_file() and stamp.read_text() == made:
-            return Outcome(job.name, None)
-        parsed = parser(job.read())
+        whole = all((folder / file).is_file() for file in maker.files)
+        if not overwrite and whole and stamp.is_file() and stamp.read_text() == made:
+            return None
+        seen = look()
         stamp.unlink(missing_ok=True)
-        write_parsed(parsed, folder, report)
+        maker(seen, folder)
         write_whole(stamp, made.encode())
     except ValueError as error:
-        return Outcome(job.name, _named(job.name, error))
+        return _named(job.name, error)
     except OSError as error:
-        return Outcome(job.name, f"{job.name}: {error.filename or folder}: {error.strerror or error}.")
-    return Outcome(job.name, None)
+        return f"{job.name}: {error.filename or folder}: {error.strerror or error}."
+    return None
 
 
 def _named(name: str, error: ValueError) -> str:

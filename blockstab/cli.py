@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -15,8 +14,7 @@ import typer
 from blockstab.batch import Job, parse_all
 from blockstab.boundaries.combination import Combination, FixedWeights
 from blockstab.datasets.folder import IMAGES, META
-from blockstab.datasets.sets import stamp_of_files
-from blockstab.parser import Parser, Potentials
+from blockstab.parser import NamedPotentials, Parser
 from blockstab.percept import estimated_ground, given_ground
 from blockstab.proposals import Proposal
 from blockstab.proposals.felzenszwalb import Felzenszwalb
@@ -28,6 +26,7 @@ from blockstab.search import Search
 from blockstab.search.greedy import Greedy
 from blockstab.search.rsamp import RSamp
 from blockstab.search.stay import Stay
+from blockstab.sources import stamp_of_files
 
 app = typer.Typer(
     help="Understand RGB-D images as things that stand.",
@@ -101,10 +100,11 @@ def parse(
         BoundaryName, typer.Option(help="How signs of an edge are weighed.")
     ] = BoundaryName.fixed,
     search: Annotated[SearchName, typer.Option(help="How it is improved.")] = SearchName.rsamp,
-    potentials: Annotated[str, typer.Option(help="mlp, svm, or a file of your own.")] = "mlp",
+    potentials: Annotated[str, typer.Option(help="trees, mlp, svm, or a file of your own.")] = "trees",
     up: Annotated[UpName, typer.Option(help="Where the up direction comes from.")] = UpName.estimate,
     jobs: Annotated[int, typer.Option(min=1, help="Images parsed side by side.")] = 1,
     seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Parse anew what is there already.")] = False,
 ) -> None:
     """Parse RGB-D images: segments, boxes, supports, stability, and a report to look at."""
     work = [folder_job(folder) for folder in scenes or []]
@@ -115,7 +115,7 @@ def parse(
     try:
         proposal = _proposal(proposals, masks)
         if isinstance(proposal, MaskFile):
-            work = _with_masks(work, proposal)
+            _check_masks(work, proposal)
         parser = Parser(
             proposal=proposal,
             search=SEARCHES[search](),
@@ -124,8 +124,7 @@ def parse(
             ground_of=estimated_ground if up is UpName.estimate else given_ground,
             seed=seed,
         )
-        settings = f"{parser.settings} {fx} {fy} {cx} {cy}"
-        outcomes = parse_all(work, parser, settings, out, workers=jobs)
+        outcomes = parse_all(work, parser, out, workers=jobs, overwrite=overwrite)
     except ValueError as error:
         _stop(str(error))
     failed = sum(outcome.error is not None for outcome in outcomes)
@@ -198,9 +197,12 @@ def folder_job(folder: Path) -> Job:
 def _loose_job(color: Path | None, depth: Path | None, camera: Camera) -> Job:
     if color is None or depth is None:
         raise typer.BadParameter("--color and --depth belong together")
-    return Job(
-        color.stem, partial(read_images, color, depth, camera), partial(stamp_of_files, (color, depth))
-    )
+    read = partial(read_images, color, depth, camera)
+    return Job(color.stem, read, partial(_stamp_with, (color, depth), camera))
+
+
+def _stamp_with(files: tuple[Path, ...], camera: Camera) -> str:
+    return f"{stamp_of_files(files)} {camera}"
 
 
 def _proposal(name: ProposalName, masks: str | None) -> Proposal:
@@ -213,15 +215,9 @@ def _proposal(name: ProposalName, masks: str | None) -> Proposal:
     return PROPOSALS[name]() if masks is None else MaskFile(masks)
 
 
-def _with_masks(jobs: list[Job], proposal: MaskFile) -> list[Job]:
-    """The jobs, each done again when its masks change."""
+def _check_masks(jobs: list[Job], proposal: MaskFile) -> None:
     if len(jobs) > 1 and SCENE not in str(proposal.path):
         raise typer.BadParameter(f"--masks needs {SCENE} in its path, for each scene has masks of its own")
-    return [replace(job, stamp=partial(_stamp_with, job, proposal.file(job.name))) for job in jobs]
-
-
-def _stamp_with(job: Job, file: Path) -> str:
-    return f"{job.stamp()} {stamp_of_files([file])}"
 
 
 def _combination(name: BoundaryName) -> Combination:
@@ -232,7 +228,7 @@ def _combination(name: BoundaryName) -> Combination:
     return load_boundary()
 
 
-def _potentials(name: str) -> Potentials:
+def _potentials(name: str) -> NamedPotentials:
     from models.parsing import parsing_potentials
 
     return parsing_potentials(name)

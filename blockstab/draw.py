@@ -1,4 +1,4 @@
-"""Pictures of an image's segments and depth, as RGB arrays."""
+"""Pictures of an image's segments, their quality, and depth, as RGB arrays."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from torch.nn.functional import max_pool2d
 
 # Anchors from near to far (viridis, reversed): lightness falls evenly, so that the ramp also reads in grey.
 DEPTH_RAMP = ((253, 231, 37), (122, 209, 81), (34, 168, 132), (42, 120, 142), (65, 68, 135), (68, 1, 84))
+# From good to bad, as in the paper's Figure 11: "the better quality the segments are, the more blue".
+QUALITY_RAMP = ((38, 70, 200), (40, 160, 220), (245, 215, 60), (235, 130, 40), (200, 30, 30))
 
 
 def outlined(color: Tensor, label: Tensor, palette: Tensor, width_px: int = 3) -> Tensor:
@@ -50,9 +52,64 @@ def depth_colored(depth: Tensor, near: float, far: float) -> Tensor:
     Returns:
         (H, W, 3) uint8.
     """
-    ramp = torch.tensor(DEPTH_RAMP, dtype=torch.float64, device=depth.device)
-    place = ((depth - near) / max(far - near, 1e-6)).clamp(0, 1) * (len(ramp) - 1)
+    place = (depth - near) / max(far - near, 1e-6)
+    return _ramped(place, DEPTH_RAMP) * (depth > 0)[..., None]
+
+
+def quality_colored(potential: Tensor) -> Tensor:
+    """A colour for each potential: blue for 0, good, red for 1, bad; as for the nearer of them beyond.
+
+    Returns:
+        (N, 3) uint8.
+    """
+    return _ramped(potential, QUALITY_RAMP)
+
+
+def tinted(color: Tensor, label: Tensor, palette: Tensor, share: float = 0.5) -> Tensor:
+    """Lay a colour over every segment.
+
+    Args:
+        color: (H, W, 3) uint8.
+        label: (H, W) int64; 0 is left alone.
+        palette: (L, 3) uint8, the colour of each label; L exceeds the largest label.
+        share: of that colour.
+
+    Returns:
+        (H, W, 3) uint8.
+    """
+    mixed = (1 - share) * color.double() + share * palette[label].double()
+    return torch.where((label > 0)[..., None], mixed.round().to(torch.uint8), color)
+
+
+def borders_colored(color: Tensor, label: Tensor, palette: Tensor, width_px: int = 2) -> Tensor:
+    """Draw the border of every two segments over the image.
+
+    Args:
+        color: (H, W, 3) uint8.
+        label: (H, W) int64; nothing borders on 0.
+        palette: (L, L, 3) uint8, symmetric, the colour between each two labels; black is not drawn.
+        width_px: to either side.
+
+    Returns:
+        (H, W, 3) uint8.
+    """
+    count = len(palette)
+    pair = torch.zeros_like(label)
+    for one, other, place in (
+        (label[:, :-1], label[:, 1:], pair[:, :-1]),
+        (label[:-1], label[1:], pair[:-1]),
+    ):
+        between = (one != other) & (one > 0) & (other > 0) & (palette[one, other] > 0).any(dim=-1)
+        place[between] = (one * count + other)[between]
+    window = 2 * width_px + 1
+    wide = max_pool2d(pair.double()[None, None], window, stride=1, padding=width_px)[0, 0].long()
+    return torch.where((wide > 0)[..., None], palette.flatten(0, 1)[wide], color)
+
+
+def _ramped(place: Tensor, colors: tuple[tuple[int, int, int], ...]) -> Tensor:
+    """(..., 3) uint8 colours of places on a ramp, 0 to 1."""
+    ramp = torch.tensor(colors, dtype=torch.float64, device=place.device)
+    place = place.clamp(0, 1) * (len(ramp) - 1)
     below = place.long().clamp(max=len(ramp) - 2)
     part = (place - below)[..., None]
-    mixed = (1 - part) * ramp[below] + part * ramp[below + 1]
-    return (mixed.round() * (depth > 0)[..., None]).to(torch.uint8)
+    return ((1 - part) * ramp[below] + part * ramp[below + 1]).round().to(torch.uint8)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import torch
@@ -10,16 +11,17 @@ from torch import Tensor
 
 from blockstab.boxes.background import is_background
 from blockstab.boxes.catalogue import Catalogue, SegmentPoints
-from blockstab.piles import Judged, Pile, PileTable, pile_numbers, shifted
+from blockstab.boxes.extent import surface_distance
+from blockstab.boxes.separation import Separation
+from blockstab.piles import Judged, Pile, PileTable, joined, overlaid, pile_numbers
 from blockstab.reasoning import Reasoning, Rules
-from blockstab.rgbd.cloud import Cloud
+from blockstab.rgbd.cloud import SENSOR_STEP, Cloud
 from blockstab.rgbd.ground import Ground
 from blockstab.rgbd.sight import Sight
 from blockstab.scene import Pairs, Scene
 from blockstab.segments.atoms import Atoms
 from blockstab.segments.segmentation import Segment, Segmentation
 from blockstab.stability.balance import Balance
-from blockstab.stability.support import join
 
 _TABLE = 1024  # segments judged together: the square of their number is what costs
 _NO_GROUND_SHARE = 0.01  # of the points lie below the ground that is assumed where none was found
@@ -32,6 +34,25 @@ class _Found(NamedTuple):
     judged: Judged
 
 
+class AtomsInBox(NamedTuple):
+    """Where A atoms lie in a box, as far as their points tell.
+
+    Args:
+        atoms: their numbers, ascending.
+        far: (A,) mean distance of their points to the nearest face, metres.
+        step: (A,) one step of the depth sensor there, metres.
+        middle, spread: (A, 3) mean and standard deviation along the axes of the box, from its centre, metres.
+        half: (3,) half extent of the box.
+    """
+
+    atoms: list[int]
+    far: Tensor
+    step: Tensor
+    middle: Tensor
+    spread: Tensor
+    half: Tensor
+
+
 class Interpreter:
     """Understands segmentations of one image; what it has worked out once, it does not work out again."""
 
@@ -42,15 +63,13 @@ class Interpreter:
         ground: Ground,
         atoms: Atoms,
         rules: Rules,
-        known: Tensor | None = None,
     ) -> None:
         """Prepare the points of all atoms.
 
         Args:
             cloud: in the world frame; every atom needs at least one valid pixel.
             sight: what was hidden from the camera.
-            known: (A,) int64, 1 for atoms of known background (table, floor, walls), 0 for atoms of known objects;
-                segments that hold an atom of -1 are told apart by `rules.background`. All are -1 where None.
+            rules: among them, what tells background from objects where a segmentation says nothing.
         """
         inside = cloud.valid & (atoms.label > 0)
         points = cloud.points[inside]
@@ -63,21 +82,48 @@ class Interpreter:
         self.catalogue = Catalogue(self._points, rules.fitter)
         height = _lowest(points) if ground.height is None else ground.height
         self._reason = Reasoning(self.catalogue, sight, height, rules)
-        self._known = torch.full((len(atoms),), -1) if known is None else known
         self._background: dict[Segment, tuple[bool, bool]] = {}
         self._found: dict[Pile, _Found] = {}
+        self._in_box: dict[Segment, AtomsInBox] = {}
+        self._sizes: dict[Segment, tuple[int, int]] = {}
 
     def __call__(self, segmentations: Sequence[Segmentation]) -> list[Scene]:
         """Understand segmentations; their new boxes are fitted in one batch, their new piles judged in one."""
         self.catalogue.rows(list(dict.fromkeys(s for one in segmentations for s in one.segments)))
         piles = [self._piles(one) for one in segmentations]
         self._think(list(dict.fromkeys(p for some in piles for p in some if p not in self._found)))
-        return [self._scene(one, some) for one, some in zip(segmentations, piles, strict=True)]
+        rows = [self._rows(one, some) for one, some in zip(segmentations, piles, strict=True)]
+        pairs = [torch.triu_indices(len(one), len(one), offset=1) for one in rows]
+        apart = self._apart(rows, pairs)
+        return list(map(self._scene, segmentations, piles, rows, pairs, apart))
+
+    def in_box(self, segment: Segment) -> AtomsInBox:
+        """Where the atoms of a segment lie in the box that is fitted to it by itself."""
+        if segment not in self._in_box:
+            atoms = sorted(segment)
+            box = self.catalogue.fits.boxes[self.catalogue.rows([segment])]
+            points, count, _ = self._points.gather([frozenset({atom}) for atom in atoms])
+            present = torch.arange(points.shape[1]) < count[:, None]
+            local = box.local(points.view(1, -1, 3)).view(points.shape)
+            total = count.double()
+            far = surface_distance(local, box.half_extent[:, None]) * present
+            step = SENSOR_STEP * points.square().sum(dim=-1) * present
+            middle = (local * present[..., None]).sum(dim=1) / total[:, None]
+            spread = ((local - middle[:, None]) * present[..., None]).square().sum(dim=1) / total[:, None]
+            self._in_box[segment] = AtomsInBox(
+                atoms,
+                far.sum(dim=1) / total,
+                step.sum(dim=1) / total,
+                middle,
+                spread.sqrt(),
+                box.half_extent[0],
+            )
+        return self._in_box[segment]
 
     def _piles(self, segmentation: Segmentation) -> list[Pile]:
         """The piles of a segmentation; background that is not the ground belongs to each, as a support."""
         segments = segmentation.segments
-        background, at_ground = self._backgrounds(segments)
+        background, at_ground = self._backgrounds(segmentation)
         rows = self.catalogue.rows(segments)
         boxes = self.catalogue.fits.boxes[rows]
         number = pile_numbers(boxes, background, self.rules.support.touch(boxes)).tolist()
@@ -90,43 +136,52 @@ class Interpreter:
         for segment, pile in zip(segments, number, strict=True):
             if pile >= 0:
                 members.setdefault(pile, []).append(segment)
-        return [(*objects, *walls) for objects in members.values()]
+        return [Pile(tuple(objects), tuple(walls)) for objects in members.values()]
 
     def _think(self, piles: list[Pile]) -> None:
         """Reason about piles, as many at a time as make a table of a good size."""
         while piles:
             size, amount = 0, 0
-            while amount < len(piles) and (not amount or size + len(piles[amount]) <= _TABLE):
-                size, amount = size + len(piles[amount]), amount + 1
+            while amount < len(piles) and (not amount or size + len(piles[amount].segments) <= _TABLE):
+                size, amount = size + len(piles[amount].segments), amount + 1
             table = PileTable.of(piles[:amount])
-            rows, judged = self._reason(table, *self._backgrounds(table.segments))
-            for pile, start, stop in zip(piles, table.start[:-1], table.start[1:], strict=False):
-                self._found[pile] = _Found(rows[start:stop], judged.between(start, stop))
+            rows, judged = self._reason(table, ~table.movable, self._by_rules(table.segments)[1])
+            parts = zip(piles, pairwise(table.start), judged.split(table.start), strict=False)
+            self._found.update((pile, _Found(rows[slice(*ends)], part)) for pile, ends, part in parts)
             piles = piles[amount:]
 
-    def _scene(self, one: Segmentation, piles: list[Pile]) -> Scene:
+    def _rows(self, one: Segmentation, piles: list[Pile]) -> Tensor:
+        """(N,) rows of the boxes of a segmentation, as they were corrected in its piles."""
+        row = dict(zip(one.segments, self.catalogue.rows(one.segments).tolist(), strict=True))
+        for pile in piles:
+            row.update(zip(pile.segments, self._found[pile].rows.tolist(), strict=True))
+        return torch.tensor([row[segment] for segment in one.segments], dtype=torch.long)
+
+    def _apart(self, rows: list[Tensor], pairs: list[Tensor]) -> list[Separation]:
+        """Gaps and directions of the pairs of each segmentation, what is new of them in one batch."""
+        if not rows:
+            return []
+        ends = torch.cat([row[pair] for row, pair in zip(rows, pairs, strict=True)], dim=1)
+        apart, sizes = self.catalogue.separation(*ends), [pair.shape[1] for pair in pairs]
+        return [
+            Separation(*part) for part in zip(*(torch.split(column, sizes) for column in apart), strict=True)
+        ]
+
+    def _scene(
+        self, one: Segmentation, piles: list[Pile], rows: Tensor, pairs: Tensor, apart: Separation
+    ) -> Scene:
         """Put the piles of a segmentation together."""
         place = {segment: i for i, segment in enumerate(one.segments)}
-        n = len(one)
-        rows = self.catalogue.rows(one.segments)
-        verdict = Balance.of_background(self.catalogue.fits.boxes.center[rows])
-        candidates, supports = [], []
-        for pile in piles:
-            found = self._found[pile]
-            index = torch.tensor([place[segment] for segment in pile])
-            rows[index] = found.rows
-            verdict = verdict.with_rows(index, found.judged.balance)
-            candidates.append(shifted(found.judged.candidates, index))
-            supports.append(shifted(found.judged.supports, index))
-        fits = self.catalogue.fits[rows]
-        first, second = torch.triu_indices(n, n, offset=1)
-        apart = self.catalogue.separation(rows[first], rows[second])
+        names = [[place[segment] for segment in pile.segments] for pile in piles]
+        found = [self._found[pile].judged for pile in piles]
+        fits, (first, second) = self.catalogue.fits[rows], pairs
+        pixels, points = torch.tensor([self._size(s) for s in one.segments]).view(-1, 2).unbind(dim=1)
         return Scene(
             segmentation=one,
             ground=self.ground,
-            pixels=torch.stack([self.atoms.pixels[list(s)].sum() for s in one.segments]),
-            points=torch.stack([self._points.count[list(s)].sum() for s in one.segments]),
-            background=self._backgrounds(one.segments)[0],
+            pixels=pixels,
+            points=points,
+            background=self._backgrounds(one)[0],
             boxes=fits.boxes,
             fit_mean=fits.mean,
             fit_variance=fits.variance,
@@ -134,23 +189,38 @@ class Interpreter:
             pairs=Pairs(
                 first, second, apart.gap, apart.direction, _bordering(one, self.atoms, first, second)
             ),
-            candidates=join(candidates),
-            supports=join(supports),
-            balance=verdict,
+            candidates=joined([part.candidates for part in found], names),
+            supports=joined([part.supports for part in found], names),
+            balance=overlaid(
+                Balance.of_background(fits.boxes.center), [part.balance for part in found], names
+            ),
         )
 
-    def _backgrounds(self, segments: Sequence[Segment]) -> tuple[Tensor, Tensor]:
-        """(N,) which segments are background, and (N,) which lie in the ground plane."""
+    def _size(self, segment: Segment) -> tuple[int, int]:
+        """How many pixels a segment has, and how many points."""
+        if segment not in self._sizes:
+            atoms = list(segment)
+            self._sizes[segment] = int(self.atoms.pixels[atoms].sum()), int(self._points.count[atoms].sum())
+        return self._sizes[segment]
+
+    def _backgrounds(self, one: Segmentation) -> tuple[Tensor, Tensor]:
+        """(N,) which segments are background, as told or by the rules, and (N,) which lie in the ground plane."""
+        found, level = self._by_rules(one.segments)
+        told = [
+            one.background.get(s, by_rules) for s, by_rules in zip(one.segments, found.tolist(), strict=True)
+        ]
+        return torch.tensor(told, dtype=torch.bool), level
+
+    def _by_rules(self, segments: Sequence[Segment]) -> tuple[Tensor, Tensor]:
+        """The same, where nothing is told."""
         new = list(dict.fromkeys(s for s in segments if s not in self._background))
         if new:
             points, count, _ = self._points.gather(new)
-            pixels = torch.stack([self.atoms.pixels[list(s)].sum() for s in new])
+            pixels = torch.tensor([self._size(s)[0] for s in new])
             boxes = self.catalogue.fits.boxes[self.catalogue.rows(new)]
             share = pixels / self.atoms.label.numel()
             height = self._reason.ground_height
             found, level = is_background(boxes, points, count, share, height, self.rules.background)
-            least = torch.stack([self._known[list(s)].min() for s in new])
-            found = torch.where(least >= 0, least > 0, found)
             self._background.update(zip(new, zip(found.tolist(), level.tolist(), strict=True), strict=True))
         found, level = torch.tensor([self._background[s] for s in segments]).view(-1, 2).unbind(dim=1)
         return found, level

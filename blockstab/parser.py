@@ -3,34 +3,32 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Protocol
 
 import torch
 from torch import Tensor
 
 from blockstab.boundaries.combination import Combination, FixedWeights
-from blockstab.energy import Energy, Rating
-from blockstab.features.appearances import Appearances
+from blockstab.energy import Rating
+from blockstab.energy.overlap import expected_overlap
 from blockstab.features.pairwise import boundaries
-from blockstab.features.unary import unary_features
-from blockstab.interpretation import Interpreter
+from blockstab.fingerprint import fingerprint
+from blockstab.look import Look
 from blockstab.parsed import Parsed
-from blockstab.percept import GroundFinder, estimated_ground, perceive
-from blockstab.proposals import Proposal
+from blockstab.percept import GroundFinder, estimated_ground
+from blockstab.pool import Pool, Regions
+from blockstab.proposals import Proposal, stamp_of
 from blockstab.reasoning import Rules
 from blockstab.rgbd.frame import Frame
-from blockstab.search import Problem, Search
+from blockstab.search import Found, Search, rank
+from blockstab.search.problem import EnergyFactory, Potentials, Problem, problem_of
 from blockstab.segments.atoms import Atoms
-from blockstab.segments.hierarchy import build_hierarchy, split
 from blockstab.segments.segmentation import Segment, Segmentation
 from blockstab.stability.removal import falls_if_removed
-from blockstab.view import View, make_view
-
-MIN_SEGMENT_PX = 100  # no split leaves a smaller part: so few points say little about a box
+from blockstab.view import View
 
 
 class Judge(Protocol):
@@ -41,15 +39,11 @@ class Judge(Protocol):
     def badness(self, features: Tensor) -> Tensor: ...
 
 
-class Potentials(Protocol):
-    """The potentials a parse needs, and where they came from."""
+class NamedPotentials(Potentials, Protocol):
+    """Potentials of a search, that say how sure they are and where they came from."""
 
     @property
     def unary(self) -> Judge: ...
-    @property
-    def pairwise(self) -> Judge: ...
-    @property
-    def merge(self) -> Judge: ...
     @property
     def name(self) -> str: ...
     @property
@@ -67,59 +61,57 @@ class Parser:
         rules: how a segmentation is understood.
         ground_of: finds the ground: `estimated_ground` or `given_ground`.
         boundaries: weighs the signs of an edge between two objects.
+        energy: makes, from the potentials, what the search lowers.
+        pool: offers masks to the search.
         seed: of the search.
     """
 
     proposal: Proposal
     search: Search
-    potentials: Potentials
+    potentials: NamedPotentials
     rules: Rules = field(default_factory=Rules)
     ground_of: GroundFinder = estimated_ground
     boundaries: Combination = field(default_factory=FixedWeights)
+    energy: EnergyFactory = expected_overlap
+    pool: Pool = field(default_factory=Regions)
     seed: int = 0
 
     @property
-    def settings(self) -> str:
-        """All that decides a result beside the image, in words."""
-        parts = (
-            self.proposal,
-            self.search,
-            self.potentials.sha256,
-            self.rules,
-            self.ground_of.__name__,
-            self.boundaries,
-            self.seed,
-        )
-        return " ".join(str(part) for part in parts)
+    def fingerprint(self) -> str:
+        """All that decides a result beside the image, in one word: settings, potentials, code."""
+        return fingerprint(self)
+
+    def stamp(self, scene: str) -> str:
+        """A word that changes whenever the files do that are read for a scene beside its image."""
+        stamps = stamp_of(self.proposal, scene), stamp_of(self.pool, scene)
+        return " ".join(stamps) if any(stamps) else ""
 
     def __call__(self, frame: Frame) -> Parsed:
         """Understand one image."""
-        seconds: dict[str, float] = {}
-        with _timed(seconds, "segments"):
-            view = make_view(perceive(frame, self.ground_of, self.boundaries), self.proposal)
-        with _timed(seconds, "search"):
-            problem = self.problem(view)
-            generator = torch.Generator().manual_seed(self.seed)
-            found = self.search(view.start, problem, generator)
+        return self.understand(Look(frame))
+
+    def understand(self, look: Look) -> Parsed:
+        """Understand one image, of which other parsers may have computed something already."""
+        problem, found, seconds = self.search_in(look)
         with _timed(seconds, "removal"):
-            scene = found.best.scene
+            scene, view = found.best.scene, problem.view
             slack = self.rules.support.noise(scene.boxes)
             table = falls_if_removed(
                 scene.boxes, ~scene.background, scene.candidates, scene.balance.stable, slack
             )
         ids = _ids(scene.segmentation, view)
         return Parsed(
-            name=frame.name,
-            frame=frame,
+            name=look.frame.name,
+            frame=look.frame,
             cloud=view.percept.cloud,
             label=_painted(scene.segmentation, view.atoms, ids),
             scene=scene,
             ids=ids,
-            unary=found.best.unary,
+            unary=found.best.unary.detach(),
             pairwise=_by_pair(found.best),
-            badness=self.potentials.unary.badness(unary_features(scene)),
+            badness=self.potentials.unary.badness(problem.describe([scene])[0].unary),
             falls={i: tuple(row.nonzero()[:, 0].tolist()) for i, row in enumerate(table)},
-            energy=found.best.energy,
+            energy=rank(found.best),
             trace=found.trace,
             seconds=seconds,
             potentials_name=self.potentials.name,
@@ -127,20 +119,21 @@ class Parser:
             seed=self.seed,
         )
 
-    def problem(self, view: View) -> Problem:
-        """What a search on this image may ask."""
-        percept, atoms = view.percept, view.atoms
-        interpret = Interpreter(percept.cloud, view.sight, percept.ground, atoms, self.rules, view.known)
-        hierarchy = build_hierarchy(atoms)
+    def search_in(self, look: Look) -> tuple[Problem, Found, dict[str, float]]:
+        """What the search was asked, what it found, and how many seconds each stage took."""
+        view, seeing = look.view(self.ground_of, self.boundaries, self.proposal)
+        masks, offering = look.masks(self.pool, view)
+        seconds = {"segments": seeing + offering}
+        with _timed(seconds, "search"):
+            problem = self.problem(view, masks)
+            generator = torch.Generator().manual_seed(self.seed)
+            found = self.search(view.start, problem, generator)
+        return problem, found, seconds
 
-        @cache
-        def split_once(segment: Segment) -> tuple[Segment, Segment] | None:
-            parts = split(segment, atoms, hierarchy)
-            sizes = [int(atoms.pixels[list(part)].sum()) for part in parts or ()]
-            return parts if min(sizes, default=0) >= MIN_SEGMENT_PX else None
-
-        energy = Energy(self.potentials.unary, self.potentials.pairwise, Appearances(percept, atoms))
-        return Problem(interpret, energy, self.potentials.merge, split_once)
+    def problem(self, view: View, masks: Sequence[Segment] | None = None) -> Problem:
+        """What a search on this image may ask; `masks` are those of the pool, where they are known."""
+        pool = self.pool if masks is None else lambda _: masks
+        return problem_of(view, self.rules, self.potentials, self.energy, pool)
 
 
 def _ids(segmentation: Segmentation, view: View) -> tuple[int, ...]:

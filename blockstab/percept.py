@@ -11,15 +11,18 @@ from torch import Tensor
 from blockstab.boundaries import BoundaryMap
 from blockstab.boundaries.combination import Combination, FixedWeights
 from blockstab.boundaries.cues import cues_of
+from blockstab.boundaries.gradients import COLOR_GRADIENTS, pb
 from blockstab.rgbd.cloud import SENSOR_STEP, Cloud, cloud_from_frame
 from blockstab.rgbd.frame import Frame
 from blockstab.rgbd.ground import Ground, estimate_ground, ground_from_up
 from blockstab.segments.atoms import over_segment
+from blockstab.segments.gaps import flood_gaps, wide_gaps
 from blockstab.segments.planes import PlaneMap, find_planes
 
 _FIXED = FixedWeights()
 _FLAT = 0.9  # cosine to up, of a normal that belongs to the ground
 _FLAT_REACH = (0.01, 2.0)  # metres and sensor steps, the larger: how far from the ground such a pixel may lie
+_EDGE = 0.3  # of colour: an edge in a gap that no part grows across
 _REACH = (0.003, 1.0)  # and any other pixel, for at the foot of an object few normals are right
 
 
@@ -41,6 +44,7 @@ class Percept:
         cloud: its points, in the world frame.
         ground: the ground plane, and which way is up.
         boundaries: how likely each pixel is to lie between two objects.
+        signs: (8, H, W) float32 how strong each of `CUES` is, whichever way it runs.
         planes: its large planes.
         fine: (H, W) int64 the over-segmentation: 0 = none, parts from 1, each 4-connected.
     """
@@ -49,6 +53,7 @@ class Percept:
     cloud: Cloud
     ground: Ground
     boundaries: BoundaryMap
+    signs: Tensor
     planes: PlaneMap
     fine: Tensor
 
@@ -92,7 +97,16 @@ def perceive(frame: Frame, ground_of: GroundFinder, combination: Combination = _
 
 
 def percept_of(frame: Frame, cloud: Cloud, ground: Ground, combination: Combination = _FIXED) -> Percept:
-    """The boundaries and parts of an image whose points, in the world frame, and ground are known."""
-    boundaries, planes = combination(cues_of(frame)), find_planes(cloud)
+    """The boundaries and parts of an image whose points, in the world frame, and ground are known.
+
+    Black, shiny and transparent things leave wide gaps in the depth. There colour alone tells where things end, and
+    the parts around a gap grow into it as far as their colour goes on, so that every part has measured pixels.
+    """
+    cues, planes = cues_of(frame), find_planes(cloud)
+    boundaries, gaps = combination(cues), wide_gaps(cloud.valid)
     fine = over_segment(boundaries.strength, cloud.valid, planes.label)
-    return Percept(frame, cloud, ground, boundaries, planes, fine)
+    if bool(gaps.any()):
+        oriented = torch.where(gaps, pb(cues.values[: len(COLOR_GRADIENTS)]).double(), boundaries.oriented)
+        boundaries = BoundaryMap(oriented, oriented.amax(dim=0))
+        fine = flood_gaps(fine, gaps & (boundaries.strength < _EDGE), boundaries.strength)
+    return Percept(frame, cloud, ground, boundaries, cues.values.amax(dim=1), planes, fine)

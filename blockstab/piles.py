@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate, chain, pairwise
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
 from blockstab.segments.segmentation import Segment
-from blockstab.stability.balance import Balance
-from blockstab.stability.support import GROUND, Supports
+from blockstab.stability.balance import Balance, concatenate
+from blockstab.stability.support import GROUND, Supports, join
 
 REACH_M = 0.05  # objects whose shadows on the ground are further apart than this do not interact
 
-Pile = tuple[Segment, ...]
+
+class Pile(NamedTuple):
+    """Objects that may hold each other up, and the background beside the ground, which may hold any of them."""
+
+    objects: tuple[Segment, ...]
+    walls: tuple[Segment, ...]
+
+    @property
+    def segments(self) -> tuple[Segment, ...]:
+        """All of them, objects first."""
+        return self.objects + self.walls
 
 
 @dataclass(frozen=True)
@@ -25,13 +38,11 @@ class Judged:
     supports: Supports
     balance: Balance
 
-    def between(self, start: int, stop: int) -> Judged:
-        """The part about boxes `start` to `stop - 1`."""
-        return Judged(
-            self.candidates.between(start, stop),
-            self.supports.between(start, stop),
-            self.balance.between(start, stop),
-        )
+    def split(self, start: Sequence[int]) -> list[Judged]:
+        """The parts about the boxes `start[k]` to `start[k + 1] - 1`, for each k."""
+        verdicts = [self.balance[slice(*ends)] for ends in pairwise(start)]
+        parts = zip(self.candidates.split(start), self.supports.split(start), verdicts, strict=True)
+        return [Judged(*part) for part in parts]
 
 
 @dataclass(frozen=True)
@@ -40,11 +51,13 @@ class PileTable:
 
     Args:
         segments: N, pile after pile.
+        movable: (N,) bool, which are objects.
         start: where the segments of each pile begin, and N.
         first, second: (P,) every pair of segments within a pile.
     """
 
     segments: tuple[Segment, ...]
+    movable: Tensor
     start: tuple[int, ...]
     first: Tensor
     second: Tensor
@@ -54,12 +67,14 @@ class PileTable:
         """The table of these piles; at least one."""
         start, first, second = [0], [], []
         for pile in piles:
-            a, b = torch.triu_indices(len(pile), len(pile), offset=1)
+            size = len(pile.segments)
+            a, b = torch.triu_indices(size, size, offset=1)
             first.append(a + start[-1])
             second.append(b + start[-1])
-            start.append(start[-1] + len(pile))
-        segments = tuple(segment for pile in piles for segment in pile)
-        return PileTable(segments, tuple(start), torch.cat(first), torch.cat(second))
+            start.append(start[-1] + size)
+        segments = tuple(segment for pile in piles for segment in pile.segments)
+        movable = [kind for p in piles for kind in [True] * len(p.objects) + [False] * len(p.walls)]
+        return PileTable(segments, torch.tensor(movable), tuple(start), torch.cat(first), torch.cat(second))
 
 
 def pile_numbers(boxes: Boxes, background: Tensor, touch: Tensor) -> Tensor:
@@ -83,7 +98,23 @@ def pile_numbers(boxes: Boxes, background: Tensor, touch: Tensor) -> Tensor:
         number = lowest
 
 
-def shifted(supports: Supports, index: Tensor) -> Supports:
-    """The relations of a pile, its boxes renamed by `index` (n,)."""
-    below = torch.where(supports.supporter == GROUND, GROUND, index[supports.supporter.clamp(min=0)])
-    return Supports(below, index[supports.supported], supports.type, supports.area)
+def joined(parts: Sequence[Supports], names: Sequence[Sequence[int]]) -> Supports:
+    """The relations of several piles as those of one scene: box i of pile k is box `names[k][i]` there."""
+    if not parts:
+        return join([])
+    whole, name = join(list(parts)), torch.tensor(list(chain.from_iterable(names)))
+    start = torch.tensor([0, *accumulate(map(len, names))])[:-1]
+    start = start.repeat_interleave(torch.tensor([len(part) for part in parts]))
+    below = torch.where(whole.supporter == GROUND, GROUND, name[(whole.supporter + start).clamp(min=0)])
+    return Supports(below, name[whole.supported + start], whole.type, whole.area)
+
+
+def overlaid(verdicts: Balance, parts: Sequence[Balance], names: Sequence[Sequence[int]]) -> Balance:
+    """The verdicts on a scene with those of several piles in place; box i of pile k is box `names[k][i]` there.
+
+    Background takes part in several piles: the last of them counts.
+    """
+    if not parts:
+        return verdicts
+    last = {name: i for i, name in enumerate(chain.from_iterable(names))}
+    return verdicts.with_rows(torch.tensor(list(last)), concatenate(parts)[torch.tensor(list(last.values()))])

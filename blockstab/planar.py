@@ -10,7 +10,7 @@ from torch import Tensor
 from torch.nn.functional import pad
 
 SLACK = 1e-13  # of the largest coordinate: rounding moves no point as far, so anything nearer is contact
-_ROUNDING = 1e-15  # of the two products: more than rounding changes their difference
+ROUNDING = 1e-15  # of the two products: more than rounding changes their difference
 
 
 def corners_of_hulls(points: Tensor) -> tuple[Tensor, Tensor]:
@@ -21,7 +21,9 @@ def corners_of_hulls(points: Tensor) -> tuple[Tensor, Tensor]:
     points = pick(points, order)
     # From the leftmost point to the rightmost along the points below their line, and back along those above.
     first, last = points[:, :1], points[:, -1:]
-    below, above = _left_of(last, first, points), _left_of(first, last, points)
+    # A repeated point counts once, or what is nearly equal would be kept or dropped by how often another is repeated.
+    fresh = pad((points[:, 1:] != points[:, :-1]).any(dim=0), (0, 0, 1, 0), value=True)
+    below, above = fresh & _left_of(last, first, points), fresh & _left_of(first, last, points)
     below[0] = below[-1] = True
     index, count = _packed(torch.cat([below, above.flip(0)]))
     walk = torch.minimum(index, 2 * n - 1 - index)
@@ -64,7 +66,7 @@ def _left_of(start: Tensor, end: Tensor, points: Tensor) -> Tensor:
     """Whether points lie to the left of a directed line, beyond the doubt of rounding (Shewchuk 1997)."""
     line, arm = end - start, points - start
     right, left = line[1] * arm[0], line[0] * arm[1]
-    return left - right > _ROUNDING * (left.abs() + right.abs())
+    return left - right > ROUNDING * (left.abs() + right.abs())
 
 
 def _between(start: Tensor, end: Tensor, points: Tensor, slack: Tensor) -> Tensor:
@@ -108,7 +110,7 @@ def planar(vertices: Tensor) -> Tensor:
 
 
 def summed(values: Tensor) -> Tensor:
-    """Sums of (..., V, B) over V, term by term: `sum` rounds by the shape, and padding must not change a bit."""
+    """Sums of (..., V, B) over V, term by term: `sum` rounds by the shape, and padding must not settle ties."""
     return pad(values, (0, 0, 1, 0)).cumsum(dim=-2)[..., -1, :]
 
 

@@ -12,11 +12,10 @@ from blockstab.boxes.catalogue import BoxFitter, Catalogue
 from blockstab.boxes.fitting import MinimumSurface
 from blockstab.piles import Judged, PileTable
 from blockstab.rgbd.sight import Sight
-from blockstab.stability.balance import balance
+from blockstab.stability.judging import judge
 from blockstab.stability.reach import reach_down
 from blockstab.stability.refit import UP, refit_axes
-from blockstab.stability.support import SupportRules, candidate_supports
-from blockstab.stability.trimming import trim
+from blockstab.stability.support import SupportRules
 
 
 @dataclass(frozen=True)
@@ -89,10 +88,10 @@ class Reasoning:
         boxes, support = self.catalogue.fits.boxes[rows], self.rules.support
         apart = self.catalogue.separation(rows[table.first], rows[table.second])
         pairs, height = (table.first, table.second), self._heights(len(rows))
-        candidates = candidate_supports(boxes, pairs, apart, height, movable, is_ground, support)
         slack = support.noise(boxes)
-        supports = trim(boxes, candidates, slack) if self.rules.trimming else candidates
-        return Judged(candidates, supports, balance(boxes, movable, supports, slack))
+        return Judged(
+            *judge(boxes, pairs, apart, height, movable, is_ground, support, slack, self.rules.trimming)
+        )
 
     def _refitted(self, table: PileTable, rows: Tensor, movable: Tensor, judged: Judged) -> Tensor:
         """Rows of the boxes after the re-fit (section 6): what stands on one surface follows that surface.

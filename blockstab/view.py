@@ -11,7 +11,7 @@ from blockstab.percept import Percept
 from blockstab.proposals import Proposal, Proposed
 from blockstab.rgbd.sight import Sight
 from blockstab.segments.atoms import Atoms, join, make_atoms
-from blockstab.segments.segmentation import Segmentation
+from blockstab.segments.segmentation import Segment, Segmentation
 
 
 @dataclass(frozen=True)
@@ -21,16 +21,14 @@ class View:
     Args:
         percept: the image, its points in the world frame, and the ground.
         atoms: the finest partition; every proposed region is a set of atoms.
-        start: the proposal as a segmentation.
+        start: the proposal as a segmentation, which tells what the proposal knows of background.
         label: (H, W) int64 the proposal's ids on the pixels of `start`.
-        known: (A,) int64, 1 for atoms of known background, 0 for atoms of known objects, -1 for the rest.
     """
 
     percept: Percept
     atoms: Atoms
     start: Segmentation
     label: Tensor
-    known: Tensor
 
     @property
     def sight(self) -> Sight:
@@ -53,7 +51,7 @@ def make_view(percept: Percept, proposal: Proposal) -> View:
     atoms = make_atoms(partition, percept.boundaries.strength)
     label = torch.where(atoms.label > 0, label, 0)
     start = Segmentation.from_labels(atoms, label)
-    return View(percept, atoms, start, label, _known(atoms, label, proposed))
+    return View(percept, atoms, start.telling(_known(start, atoms, label, proposed)), label)
 
 
 def _with_depth(partition: Tensor, valid: Tensor) -> Tensor:
@@ -64,8 +62,9 @@ def _with_depth(partition: Tensor, valid: Tensor) -> Tensor:
     return number[partition]
 
 
-def _known(atoms: Atoms, label: Tensor, proposed: Proposed) -> Tensor:
-    known = torch.full((len(atoms),), -1, dtype=torch.long)
-    for identity, background in proposed.known.items():
-        known[atoms.label[label == identity] - 1] = int(background)
-    return known
+def _known(start: Segmentation, atoms: Atoms, label: Tensor, proposed: Proposed) -> dict[Segment, bool]:
+    of_atom = torch.zeros(len(atoms), dtype=torch.int64)
+    inside = atoms.label > 0
+    of_atom[atoms.label[inside] - 1] = label[inside]
+    ids = {segment: int(of_atom[min(segment)]) for segment in start.segments}
+    return {segment: proposed.known[i] for segment, i in ids.items() if i in proposed.known}

@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from blockstab.export import write_whole
 from blockstab.scoring import Score
-from evaluate import interval, pooled
+from blockstab.scoring.rows import Scored, rows_of
 
 ALIKE = ("experiment", "seed", "versions")  # what all folds must have in common
 OVER_OBJECTS = ("axis_error_deg", "support_accuracy", "support_below", "stable_share")
@@ -29,7 +29,7 @@ def pool(folds: Sequence[dict[str, Any]]) -> dict[str, Any]:
     first = folds[0]
     if any(fold[key] != first[key] for fold in folds for key in ALIKE):
         raise ValueError(f"Folds must agree in {', '.join(ALIKE)}, but do not; pool those of one experiment.")
-    rows = [_pooled_row(same, first["seed"]) for same in zip(*(fold["rows"] for fold in folds), strict=True)]
+    rows = [_joined(same) for same in zip(*(fold["rows"] for fold in folds), strict=True)]
     data = {
         **first["data"],
         "part": "+".join(fold["data"]["part"] for fold in folds),
@@ -37,10 +37,10 @@ def pool(folds: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "left_out": sorted(scene for fold in folds for scene in fold["data"]["left_out"]),
     }
     seconds = round(sum(fold["seconds"] for fold in folds), 2)
-    return {**first, "data": data, "rows": rows, "seconds": seconds}
+    return {**first, "data": data, "rows": rows_of(rows, first["seed"]), "seconds": seconds}
 
 
-def _pooled_row(rows: Sequence[dict[str, Any]], seed: int) -> dict[str, Any]:
+def _joined(rows: Sequence[dict[str, Any]]) -> Scored:
     names = list(rows[0]["scores"])
     if any(row["method"] != rows[0]["method"] or list(row["scores"]) != names for row in rows):
         raise ValueError(
@@ -53,15 +53,10 @@ def _pooled_row(rows: Sequence[dict[str, Any]], seed: int) -> dict[str, Any]:
     per_image = {scene: scores for row in rows for scene, scores in row["per_image"].items()}
     if len(per_image) < sum(len(row["per_image"]) for row in rows):
         raise ValueError("Folds must have no scene in common, but have; pool the parts of one split.")
-    parts = {
-        name: [Score(scores[name], 1) for scores in per_image.values() if name in scores] for name in names
+    scores = {
+        scene: {name: Score(value, 1) for name, value in found.items()} for scene, found in per_image.items()
     }
-    return {
-        **rows[0],
-        "scores": {name: pooled(found) for name, found in parts.items()},
-        "ci95": {name: interval(found, seed) for name, found in parts.items()},
-        "per_image": per_image,
-    }
+    return Scored(rows[0]["method"], rows[0]["potential"], tuple(names), scores)
 
 
 def main() -> int:

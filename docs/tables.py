@@ -21,12 +21,18 @@ PAPER = {
     ("support_accuracy", "Neighbour"): "80.6 % (Block), 52.9 % (SOD)",
     ("support_accuracy", "Stability reasoning"): "91.7 % (Block), 72.9 % (SOD)",
     ("overlap", "Silberman"): "60.2 % (SOD), 65.9 % (GD), 60.1 % (NYU)",
+    ("overlap", "S/P"): "64.7 % (SOD), 68.1 % (GD), 60.8 % (NYU)",
     ("overlap", "Stability"): "66.7 % (SOD), 69.2 % (GD), 61.0 % (NYU)",
-    ("overlap", "R-Samp"): "70.0 % (SOD), 72.3 % (GD), 61.7 % (NYU)",
+    **dict.fromkeys(
+        (("overlap", "R-Samp"), ("overlap", "R-Samp as printed")), "70.0 % (SOD), 72.3 % (GD), 61.7 % (NYU)"
+    ),
 }
+# How many digits a score has, of what, and what it is multiplied with; of others, as of shares.
+UNITS = {"axis_error_deg": (2, "°", 1), "atoms": (0, "", 1), "rank_correlation": (2, "", 1)}
 # Results that more than one command makes.
 MADE_BY = {
     "demo": "make demo",
+    **dict.fromkeys(("figure13_blocks", "figure13_grocery", "figure13_objects"), "make figures"),
     **dict.fromkeys(
         ("proposals_osd", "proposals_objects", "atoms_osd", "atoms_objects"), "make proposals OSD=osd"
     ),
@@ -71,33 +77,43 @@ def _command(results: dict[str, Any]) -> str:
 
 
 def _table(rows: list[dict[str, Any]]) -> str:
-    columns: list[str] = []
+    columns: list[tuple[str, Callable[[dict[str, Any], str], str]]] = []
     for score in dict.fromkeys(score for row in rows for score in row["scores"]):
-        columns.append(score)
+        columns.append((score, _mean))
+        if any(row.get("step", {}).get(score) is not None for row in rows):
+            columns.append((score, _step))
         if any((score, row["method"]) in PAPER for row in rows):
-            columns.append(f"{score} in the paper")
+            columns.append((score, _paper))
+    heads = {_mean: "{}", _step: "step", _paper: "{} in the paper"}
     lines = [
-        ["method", *columns],
+        ["method", *(heads[cell].format(score) for score, cell in columns)],
         ["---"] * (len(columns) + 1),
-        *([row["method"], *(_cell(row, column) for column in columns)] for row in rows),
+        *([row["method"], *(cell(row, score) for score, cell in columns)] for row in rows),
     ]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
-def _cell(row: dict[str, Any], column: str) -> str:
-    """A mean and its interval, or what the paper has in this place."""
-    score = column.removesuffix(" in the paper")
-    if column != score:
-        return PAPER.get((score, row["method"]), "") if score in row["scores"] else ""
+def _mean(row: dict[str, Any], score: str) -> str:
+    """A mean and its interval."""
     mean = row["scores"].get(score)
-    if mean is None:
-        return ""
-    low, high = row["ci95"][score]
-    if score == "atoms":
-        return f"{mean:.0f} [{low:.0f}, {high:.0f}]"
-    if score.endswith("_deg"):
-        return f"{mean:.2f}° [{low:.2f}, {high:.2f}]"
-    return f"{100 * mean:.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
+    return "" if mean is None else _with_interval(mean, row["ci95"][score], score, "")
+
+
+def _step(row: dict[str, Any], score: str) -> str:
+    """The step over the row above, and its paired interval."""
+    step = row.get("step", {}).get(score)
+    return "" if step is None else _with_interval(step, row["step_ci95"][score], score, "+")
+
+
+def _paper(row: dict[str, Any], score: str) -> str:
+    """What the paper has in this place."""
+    return PAPER.get((score, row["method"]), "") if score in row["scores"] else ""
+
+
+def _with_interval(mean: float, interval: list[float], score: str, sign: str) -> str:
+    digits, unit, scale = UNITS.get(score, (1, " %", 100))
+    first, *both = (f"{scale * number:{sign}.{digits}f}" for number in (mean, *interval))
+    return f"{first}{unit} [{', '.join(both)}]"
 
 
 def census(files: list[Path]) -> str:

@@ -21,8 +21,9 @@ from blockstab.boundaries.combination import LogisticWeights
 from blockstab.boundaries.cues import CUES, cues_of
 from blockstab.datasets.sets import SceneSet
 from blockstab.export import write_whole
+from blockstab.fingerprint import fingerprint
 from blockstab.metrics.borders import borders
-from models.gathering import kept_tensors
+from models.gathering import kept_tensors, scene_generator
 from models.shipped import read_learned
 
 FORMAT = 1
@@ -39,6 +40,7 @@ def train_boundary(
     cache: Path,
     seed: int = 0,
     jobs: int = 1,
+    overwrite: bool = False,
 ) -> tuple[LogisticWeights, dict[str, Any]]:
     """Fit the weights to the true boundaries of labelled scenes.
 
@@ -48,6 +50,7 @@ def train_boundary(
 
     Args:
         cache: folder for the rows of each scene, so that a killed run goes on where it was.
+        overwrite: make the rows anew even where the cache holds them.
 
     Returns:
         The weights, and `provenance` with figures of the fit: rows, and the area under the ROC curve on them.
@@ -55,7 +58,7 @@ def train_boundary(
     from sklearn.linear_model import LogisticRegression
     from sklearn.metrics import roc_auc_score
 
-    rows = partial(boundary_rows, data=data, seed=seed, cache=cache)
+    rows = partial(boundary_rows, data=data, seed=seed, cache=cache, overwrite=overwrite)
     done = Parallel(n_jobs=jobs, return_as="generator")(delayed(rows)(scene) for scene in scenes)
     parts = list(track(done, "boundaries", len(scenes), console=Console(stderr=True)))
     features, target = (torch.cat(tensors).numpy() for tensors in zip(*parts, strict=True))
@@ -65,14 +68,16 @@ def train_boundary(
     return weights, {**provenance, "rows": len(target), "roc_area": round(float(area), 4)}
 
 
-def boundary_rows(scene: str, data: SceneSet, seed: int, cache: Path) -> tuple[Tensor, Tensor]:
+def boundary_rows(
+    scene: str, data: SceneSet, seed: int, cache: Path, overwrite: bool = False
+) -> tuple[Tensor, Tensor]:
     """Cues (N, 8) float64 of random pixels of a scene, each in one orientation, and (N,) bool: whether a boundary."""
 
-    def make(drawn: int) -> dict[str, Tensor]:
+    def make() -> dict[str, Tensor]:
         frame = data.read(scene)[0]
         if frame.label is None:
             raise ValueError(f"{frame.name} has no label.png; training needs the true segments.")
-        generator = torch.Generator().manual_seed(drawn)
+        generator = scene_generator(scene, seed)
         whole = without_holes(frame.label)
         edge = borders(whole)
         away = torch.from_numpy(distance_transform_edt(~edge.numpy())) > CLEAR_PX
@@ -84,7 +89,8 @@ def boundary_rows(scene: str, data: SceneSet, seed: int, cache: Path) -> tuple[T
         channel = torch.where(target, orientations(whole)[row, column], drawn_way)
         return {"features": cues_of(frame).values[:, channel, row, column].T.double(), "target": target}
 
-    kept = kept_tensors(cache, f"boundary {CUES} {SAMPLES} {CLEAR_PX} {seed} {data.stamp(scene)}", make)
+    made_by = fingerprint("boundary", seed, type(data), scene, data.stamp(scene))
+    kept = kept_tensors(cache, made_by, make, overwrite)
     return kept["features"], kept["target"]
 
 

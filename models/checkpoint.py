@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import safetensors.torch
+import torch
 from safetensors import SafetensorError
 from torch import Tensor
 
@@ -28,7 +29,9 @@ class Potentials:
     Args:
         unary: of segments (Eq. 3).
         pairwise: of boundaries (Eq. 4).
-        merge: of merging two neighbours (section 6.1), where the checkpoint holds one.
+        alone: of segments judged by themselves.
+        background: of segments judged by themselves, the share of them that is things.
+        weight: of boundaries in the expected loss.
         name: of the checkpoint, without folder and suffix.
         sha256: of the safetensors file, in hexadecimal.
         provenance: data, seed, versions, scores: what its maker wrote down.
@@ -36,18 +39,23 @@ class Potentials:
 
     unary: Potential
     pairwise: Potential
-    merge: Potential | None
+    alone: Potential
+    background: Potential
+    weight: float
     name: str
     sha256: str
-    provenance: dict[str, Any]
+    provenance: dict[str, Any] = field(compare=False)
 
 
-def save_potentials(path_stem: Path, potentials: dict[str, Potential], provenance: dict[str, Any]) -> None:
+def save_potentials(
+    path_stem: Path, potentials: dict[str, Potential], weight: float, provenance: dict[str, Any]
+) -> None:
     """Write `<stem>.safetensors`, then `<stem>.json`, each whole or not at all.
 
     Args:
         path_stem: where to write, without a suffix; its folder is made where missing.
-        potentials: by kind: "unary", "pairwise" and, where there is one, "merge".
+        potentials: by kind: "unary", "pairwise", "alone" and "background".
+        weight: of boundaries in the expected loss.
         provenance: anything JSON can hold.
 
     Raises:
@@ -55,7 +63,7 @@ def save_potentials(path_stem: Path, potentials: dict[str, Potential], provenanc
     """
     # Copies, since safetensors refuses tensors that share memory: one potential may serve two kinds.
     weights = safetensors.torch.save({key: t.clone() for key, t in _tensors(potentials).items()})
-    record = Record(hashlib.sha256(weights).hexdigest(), potentials, provenance).text()
+    record = Record(hashlib.sha256(weights).hexdigest(), potentials, weight, provenance).text()
     record_file, weights_file = _files(path_stem)
     path_stem.parent.mkdir(parents=True, exist_ok=True)
     # The JSON holds the digest of the other file: killed in between, the pair is refused, not mixed.
@@ -98,30 +106,28 @@ def load_potentials(path: Path | str) -> Potentials:
     return Potentials(
         unary=record.potentials["unary"],
         pairwise=record.potentials["pairwise"],
-        merge=record.potentials.get("merge"),
+        alone=record.potentials["alone"],
+        background=record.potentials["background"],
+        weight=record.weight,
         name=stem.name,
         sha256=digest,
         provenance=record.provenance,
     )
 
 
-def check_columns(potential: Potential, expected: tuple[str, ...]) -> None:
-    """Raise CheckpointError unless the potential was trained on the columns that the features now have.
+def chosen_columns(potential: Potential, computed: tuple[str, ...]) -> Tensor:
+    """(F,) int64 where the potential's columns stand among those that are computed.
 
-    Args:
-        potential: as loaded.
-        expected: names of the columns that it will be given, in order.
+    Raises:
+        CheckpointError: if one is not among them.
     """
-    advice = "train it anew with this version, or use the version that wrote it."
-    for i, (stored, wanted) in enumerate(zip(potential.columns, expected, strict=False)):
-        if stored != wanted:
-            raise CheckpointError(
-                f"Column {i} of the potential is {stored!r}, but of the features {wanted!r}; {advice}"
-            )
-    if len(potential.columns) != len(expected):
+    missing = [name for name in potential.columns if name not in computed]
+    if missing:
         raise CheckpointError(
-            f"The potential has {len(potential.columns)} columns, but the features {len(expected)}; {advice}"
+            f"The potential needs the column {missing[0]!r}, which this version does not compute; "
+            "train it anew with this version, or use the version that wrote it."
         )
+    return torch.tensor([computed.index(name) for name in potential.columns])
 
 
 def _tensors(potentials: dict[str, Potential]) -> dict[str, Tensor]:

@@ -4,8 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from hydra.errors import InstantiationException
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+
+def made(node: DictConfig) -> Any:
+    """What a node of a configuration describes; the lists in it are plain lists of what their items describe."""
+    # In a list of its own, hydra would turn every dataclass back into a configuration.
+    return instantiate(node, _convert_="all")
 
 
 @contextmanager

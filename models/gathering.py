@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 
@@ -14,53 +15,92 @@ from rich.progress import track
 from safetensors.torch import load_file, save
 from torch import Tensor
 
-import blockstab
 from blockstab.datasets.sets import SceneSet
+from blockstab.energy.overlap import Parts
 from blockstab.export import write_whole
-from models.examples import COLUMNS, ExampleMaker, Examples, Rows
+from blockstab.fingerprint import fingerprint
+from blockstab.proposals import stamp_of
+from models.examples import KINDS, ExampleMaker, Examples, Rows, States
+
+_OF_STATES = ("unary", "pairwise", "loss", "error")  # the rest is in `Parts`
 
 
 def gathered(
-    data: SceneSet, scenes: list[str], maker: ExampleMaker, seed: int, cache: Path, jobs: int
+    data: SceneSet,
+    scenes: list[str],
+    maker: ExampleMaker,
+    seed: int,
+    cache: Path,
+    jobs: int,
+    overwrite: bool = False,
 ) -> list[Examples]:
-    """The examples of each scene, made once and kept in `cache`; a killed run goes on where it was."""
-    make = partial(examples_of, data=data, maker=maker, seed=seed, cache=cache)
+    """The examples of each scene, made once and kept in `cache`; a killed run goes on where it was.
+
+    Args:
+        overwrite: make them anew even where the cache holds them.
+    """
+    make = partial(examples_of, data=data, maker=maker, seed=seed, cache=cache, overwrite=overwrite)
     results = Parallel(n_jobs=jobs, return_as="generator")(delayed(make)(scene) for scene in scenes)
     return list(track(results, "examples", len(scenes), console=Console(stderr=True)))
 
 
-def examples_of(scene: str, data: SceneSet, maker: ExampleMaker, seed: int, cache: Path) -> Examples:
+def examples_of(
+    scene: str, data: SceneSet, maker: ExampleMaker, seed: int, cache: Path, overwrite: bool = False
+) -> Examples:
     """The examples of one scene, from the cache where it holds them."""
 
-    def make(drawn: int) -> dict[str, Tensor]:
+    def make() -> dict[str, Tensor]:
         frame, _ = data.read(scene)
-        examples = maker(frame, torch.Generator().manual_seed(drawn))
-        return {
-            f"{name}.{part}": tensor
-            for name, rows in examples._asdict().items()
-            for part, tensor in rows._asdict().items()
-        }
+        return as_tensors(maker(frame, scene_generator(scene, seed)))
 
-    kept = kept_tensors(cache, f"{maker} {COLUMNS} {seed} {data.stamp(scene)}", make)
-    return Examples(*(Rows(kept[f"{n}.features"], kept[f"{n}.target"]) for n in Examples._fields))
+    stamps = data.stamp(scene), *(stamp_of(part, scene) for part in (*maker.proposals, maker.pool))
+    made_by = fingerprint("examples", maker, seed, type(data), scene, stamps)
+    return from_tensors(kept_tensors(cache, made_by, make, overwrite))
+
+
+def as_tensors(examples: Examples) -> dict[str, Tensor]:
+    """Every tensor of the examples, by name."""
+    found = {f"{k}.{part}": t for k in KINDS for part, t in getattr(examples, k)._asdict().items()}
+    states = examples.states
+    found.update({f"states.{name}": getattr(states, name) for name in _OF_STATES})
+    found.update({f"parts.{f.name}": torch.as_tensor(getattr(states.parts, f.name)) for f in fields(Parts)})
+    return found
+
+
+def from_tensors(kept: Mapping[str, Tensor]) -> Examples:
+    """The examples that `as_tensors` took apart."""
+    parts = {f.name: kept[f"parts.{f.name}"] for f in fields(Parts)}
+    return Examples(
+        *(Rows(*(kept[f"{k}.{part}"] for part in Rows._fields)) for k in KINDS),
+        States(
+            *(kept[f"states.{name}"] for name in _OF_STATES),
+            Parts(**{**parts, "count": int(parts["count"])}),
+        ),
+    )
+
+
+def scene_generator(scene: str, seed: int) -> torch.Generator:
+    """What is drawn for a scene depends on its name and the seed alone: other code draws the same."""
+    digest = hashlib.sha256(f"{seed} {scene}".encode()).digest()
+    return torch.Generator().manual_seed(int.from_bytes(digest[:6], "big"))
 
 
 def kept_tensors(
-    cache: Path, made_of: str, make: Callable[[int], Mapping[str, Tensor]]
+    cache: Path, made_by: str, make: Callable[[], Mapping[str, Tensor]], overwrite: bool = False
 ) -> Mapping[str, Tensor]:
     """Tensors by name, made once and kept in a file, which is written whole or not at all.
 
     Args:
         cache: folder, made where it is not there.
-        made_of: all that decides what they are, but for this package's version.
-        make: makes them, given a seed that depends on `made_of` alone; on one thread.
+        made_by: the `fingerprint` of all that decides what they are.
+        make: makes them; on one thread.
+        overwrite: make them even if they are there.
     """
-    digest = hashlib.sha256(f"{blockstab.__version__} {made_of}".encode())
-    file = cache / f"{digest.hexdigest()[:32]}.safetensors"
-    if file.is_file():
+    file = cache / f"{made_by[:32]}.safetensors"
+    if file.is_file() and not overwrite:
         return load_file(file)
     torch.set_num_threads(1)
-    tensors = {name: t.contiguous() for name, t in make(int.from_bytes(digest.digest()[:6], "big")).items()}
+    tensors = {name: t.contiguous() for name, t in make().items()}
     cache.mkdir(parents=True, exist_ok=True)
     write_whole(file, save(tensors))
     return tensors

@@ -10,22 +10,23 @@ from torch import Tensor
 EPSILON = 0.1  # errors below this cost nothing
 
 
-def balanced_weights(target: Tensor) -> Tensor:
+def balanced_weights(target: Tensor, good: float = 0.0) -> Tensor:
     """A weight for each row, (N,), so that good rows weigh as much as bad ones and the mean is one.
 
     Args:
-        target: (N,) badness.
+        target: (N,) badness, from 0 to 1.
+        good: badness up to which a row is good.
 
     Raises:
-        ValueError: unless the targets are 0 and 1, and both occur.
+        ValueError: if a target lies outside, or good or bad rows are missing.
     """
-    values = sorted(set(target.tolist()))
-    if values != [0.0, 1.0]:
+    bad = target > good
+    if not bool(((target >= 0) & (target <= 1)).all()) or bool(bad.all()) or not bool(bad.any()):
+        values = sorted(set(target.tolist()))
         raise ValueError(
-            f"Targets must be 0 (good) and 1 (bad), and both occur, but they hold {values[:5]}; "
+            f"Targets must lie between 0 (good) and 1 (bad), and both kinds occur, but they hold {values[:5]}; "
             "train on segmentations that are right in parts and wrong in others."
         )
-    bad = target > 0.5
     share = torch.where(bad, bad.double().mean(), (~bad).double().mean())
     return 0.5 / share
 

@@ -15,11 +15,11 @@ from torch import Tensor
 
 from blockstab.threads import one_thread
 from models.calibration import platt
-from models.heads import HeadFactory, Potential
+from models.heads import HeadFactory, Potential, initialised
 from models.losses import balanced_weights, squared_epsilon_insensitive
 from models.training import train_potential
 
-GRID = (1e-3, 1e-2, 1e-1, 1.0, 10.0)  # values of C to choose from
+GOOD = 0.1  # badness up to which something counts as good: an overlap of 90 % (paper, section 7.1)
 FOLDS = 5
 EPOCHS = 10  # of 20 iterations: a linear head is at its optimum by then, a network near one
 
@@ -32,6 +32,7 @@ def fit_potential(
     head: HeadFactory,
     *,
     c: float,
+    weight: Tensor | None = None,
     epochs: int = EPOCHS,
     folds: int = FOLDS,
     seed: int = 0,
@@ -41,11 +42,12 @@ def fit_potential(
 
     Args:
         features: (N, F) raw, finite.
-        target: (N,) badness, 0 or 1; both must occur. The classes are weighted to count the same.
+        target: (N,) badness, from 0 to 1; good and bad rows must occur.
         groups: (N,) int64, the image a row comes from; a fold never divides an image.
         columns: names of the F features.
         head: `LinearHead`, `MLPHead`, a partial of one, or a class of your own.
         c: inverse strength of the penalty, see `svr_objective`; `choose_c` finds it.
+        weight: (N,) of each row in the loss; where None, good and bad rows count the same.
         epochs: at most; training ends when the objective no longer falls.
         folds: how many parts calibration makes of the images.
         seed: decides the head's first parameters, and with them everything.
@@ -57,11 +59,11 @@ def fit_potential(
     Raises:
         ValueError: naming what is wrong with the rows.
     """
-    weight = _checked_weights(features, target, groups, columns, folds)
+    weight = _checked_weights(features, target, groups, columns, folds, weight)
     fit = partial(train_potential, columns=columns, head=head, c=c, epochs=epochs, seed=seed)
     (unseen,) = _unseen([fit], features, target, weight, groups, folds, jobs)
     with one_thread():
-        a, b = platt(unseen, target)
+        a, b = platt(unseen, (target > GOOD).double())
     potential = fit(features, target, weight)
     potential.a.fill_(a)
     potential.b.fill_(b)
@@ -70,7 +72,9 @@ def fit_potential(
 
 class ChosenC(NamedTuple):
     c: float
-    held_out_loss: dict[float, float]  # of every C tried: class-balanced, on rows its fits had not seen
+    held_out_loss: dict[
+        float, float
+    ]  # of every C tried, on rows its fits had not seen; empty where there is one
 
 
 def choose_c(
@@ -80,15 +84,18 @@ def choose_c(
     columns: Sequence[str],
     head: HeadFactory,
     *,
-    grid: Sequence[float] = GRID,
+    grid: Sequence[float] | None = None,
+    weight: Tensor | None = None,
     epochs: int = EPOCHS,
     folds: int = FOLDS,
     seed: int = 0,
     jobs: int = 1,
 ) -> ChosenC:
     """The C with the least loss on held-out images, the smaller of equals; the rest as in `fit_potential`."""
-    weight = _checked_weights(features, target, groups, columns, folds)
-    grid = sorted(grid)
+    weight = _checked_weights(features, target, groups, columns, folds, weight)
+    grid = sorted(grid or initialised(head, len(columns), seed).grid)
+    if len(grid) == 1:
+        return ChosenC(grid[0], {})
     fits = [partial(train_potential, columns=columns, head=head, c=c, epochs=epochs, seed=seed) for c in grid]
     unseen = _unseen(fits, features, target, weight, groups, folds, jobs)
     losses = {
@@ -132,9 +139,14 @@ def _judged(fit: _Fit, features: Tensor, target: Tensor, weight: Tensor, unseen:
 
 
 def _checked_weights(
-    features: Tensor, target: Tensor, groups: Tensor, columns: Sequence[str], folds: int
+    features: Tensor,
+    target: Tensor,
+    groups: Tensor,
+    columns: Sequence[str],
+    folds: int,
+    weight: Tensor | None,
 ) -> Tensor:
-    """The class-balancing weights, (N,), of rows that can train a potential; ValueError if they cannot."""
+    """The given or class-balancing weights, (N,), of rows that can train a potential; ValueError if they cannot."""
     rows = len(target)
     if features.shape != (rows, len(columns)) or target.shape != (rows,) or groups.shape != (rows,):
         raise ValueError(
@@ -149,4 +161,6 @@ def _checked_weights(
     images = len(set(groups.tolist()))
     if not 2 <= folds <= images:
         raise ValueError(f"The rows of {images} images can form 2 to {images} folds, but folds is {folds}.")
-    return balanced_weights(target)
+    if weight is not None and weight.shape != (rows,):
+        raise ValueError(f"Each of {rows} rows needs a weight, but got shape {tuple(weight.shape)}.")
+    return balanced_weights(target, GOOD) if weight is None else weight

@@ -13,8 +13,8 @@ import torch
 
 from models.heads import HEADS, Potential
 
-FORMAT = 1
-_NEEDED, _OPTIONAL = {"unary", "pairwise"}, {"merge"}  # kinds of potentials
+FORMAT = 2
+_KINDS = {"unary", "pairwise", "alone", "background"}  # of potentials
 
 
 class CheckpointError(ValueError):
@@ -28,15 +28,17 @@ class Record:
     Args:
         sha256: of the safetensors file, in hexadecimal.
         potentials: by kind; as read, their tensors have a shape but no memory.
+        weight: of boundaries in the expected loss, 0 or more.
         provenance: what the maker wrote down.
     """
 
     sha256: str
     potentials: dict[str, Potential]
+    weight: float
     provenance: dict[str, Any]
 
     def __post_init__(self) -> None:
-        _check_keys("the potentials", self.potentials, _NEEDED, _OPTIONAL)
+        _check_keys("the potentials", self.potentials, _KINDS)
 
     def text(self) -> str:
         """The JSON; ValueError if a head's class is not in `models.heads.HEADS`."""
@@ -44,6 +46,7 @@ class Record:
             "format": FORMAT,
             "sha256": self.sha256,
             "potentials": {kind: _description(p) for kind, p in self.potentials.items()},
+            "weight": self.weight,
             "provenance": self.provenance,
         }
         return json.dumps(record, indent=1, allow_nan=False) + "\n"
@@ -55,8 +58,11 @@ def read_record(path: Path, content: bytes) -> Record:
         record = json.loads(content)
         if isinstance(record, dict) and record.get("format", FORMAT) != FORMAT:
             raise ValueError(f"it has format {record['format']!r:.80}, but this version reads {FORMAT}")
-        _check_keys("the file", record, {"format", "sha256", "potentials", "provenance"})
-        _check_keys("potentials", record["potentials"], _NEEDED, _OPTIONAL)
+        _check_keys("the file", record, {"format", "sha256", "potentials", "weight", "provenance"})
+        _check_keys("potentials", record["potentials"], _KINDS)
+        weight = record["weight"]
+        if isinstance(weight, bool) or not isinstance(weight, (int, float)) or not 0 <= weight < 1e6:
+            raise ValueError(f"weight must be a number of 0 or more, but is {weight!r:.80}")
         if not re.fullmatch("[0-9a-f]{64}", str(record["sha256"])):
             raise ValueError(f"sha256 must be 64 hexadecimal digits, but is {record['sha256']!r:.80}")
         if not isinstance(record["provenance"], dict):
@@ -64,7 +70,7 @@ def read_record(path: Path, content: bytes) -> Record:
         potentials = {kind: _empty(kind, given) for kind, given in record["potentials"].items()}
     except (ValueError, RecursionError) as error:
         raise CheckpointError(f"{path} is not the record of a checkpoint: {error}.") from error
-    return Record(str(record["sha256"]), potentials, record["provenance"])
+    return Record(str(record["sha256"]), potentials, float(weight), record["provenance"])
 
 
 def _description(potential: Potential) -> dict[str, Any]:
@@ -95,13 +101,11 @@ def _empty(kind: str, given: object) -> Potential:
         raise ValueError(f"the {kind} head {name!r} does not take the arguments {arguments!r:.80}") from error
 
 
-def _check_keys(
-    where: str, value: object, needed: Set[str], optional: Set[str] = frozenset()
-) -> dict[str, Any]:
-    """`value`, if it is a dict with all keys needed and none but these and the optional ones."""
+def _check_keys(where: str, value: object, needed: Set[str]) -> dict[str, Any]:
+    """`value`, if it is a dict with all keys needed and no others."""
     if not isinstance(value, dict):
         raise ValueError(f"{where} must be an object, but is {value!r:.80}")
-    missing, surplus = sorted(needed - value.keys()), sorted(value.keys() - needed - optional)
+    missing, surplus = sorted(needed - value.keys()), sorted(value.keys() - needed)
     if missing or surplus:
         raise ValueError(
             f"{where} must hold {sorted(needed)}: {missing} are missing, {surplus!r:.80} are unknown"

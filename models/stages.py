@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_args
 
@@ -15,6 +14,7 @@ from torch import Tensor
 from blockstab.export import write_whole
 from blockstab.features.appearance import APPEARANCE_COLUMNS, Variant
 from blockstab.proposals.silberman import Silberman
+from models.heads import booster
 from models.shipped import read_learned
 
 FORMAT = 1
@@ -42,7 +42,7 @@ class BoostedStage:
         """
         if not len(appearance):
             return appearance.new_zeros(0)
-        return torch.from_numpy(_booster(self.trees).predict(appearance.numpy(), num_threads=1))
+        return torch.from_numpy(booster(self.trees).predict(appearance.numpy(), num_threads=1))
 
 
 @dataclass(frozen=True, repr=False)
@@ -57,10 +57,10 @@ class StagedMerging:
 
     variant: Variant
     stages: tuple[BoostedStage, ...]
-    provenance: dict[str, Any]
+    provenance: dict[str, Any] = field(compare=False)
 
     def __repr__(self) -> str:
-        """Tells stages apart in a few letters: settings of a run are compared by it."""
+        """Tells stages apart in a few letters, where their trees would fill pages."""
         return f"StagedMerging({_digest(self.variant, self.stages)[:16]})"
 
 
@@ -106,22 +106,10 @@ def _merging(record: dict[str, Any]) -> StagedMerging:
     if not isinstance(record["provenance"], dict):
         raise ValueError("provenance must be an object.")
     for stage in stages:
-        _booster(stage.trees)
+        booster(stage.trees)
     return StagedMerging(record["variant"], stages, record["provenance"])
 
 
 def _digest(variant: str, stages: tuple[BoostedStage, ...]) -> str:
     said = json.dumps([variant, [[s.threshold, s.trees] for s in stages]])
     return hashlib.sha256(said.encode()).hexdigest()
-
-
-# Reading the text takes longer than judging an image.
-@lru_cache(maxsize=32)
-def _booster(trees: str) -> Any:
-    from lightgbm import Booster
-    from lightgbm.basic import LightGBMError
-
-    try:
-        return Booster(model_str=trees)
-    except LightGBMError as error:
-        raise ValueError(f"the trees of a stage cannot be read: {error}") from None

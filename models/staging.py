@@ -17,6 +17,7 @@ from torch import Tensor
 from blockstab.boundaries.combination import Combination, FixedWeights
 from blockstab.datasets.sets import SceneSet
 from blockstab.features.appearance import Variant, describe_regions, edgelet_appearance
+from blockstab.fingerprint import fingerprint
 from blockstab.percept import estimated_ground, perceive
 from blockstab.proposals.silberman import Order, merged_once
 from blockstab.segments.edgelets import trace_edgelets
@@ -73,7 +74,13 @@ class StageTrainer:
     boundaries: Combination = field(default_factory=FixedWeights)
 
     def __call__(
-        self, data: SceneSet, scenes: Sequence[str], provenance: dict[str, Any], cache: Path, jobs: int = 1
+        self,
+        data: SceneSet,
+        scenes: Sequence[str],
+        provenance: dict[str, Any],
+        cache: Path,
+        jobs: int = 1,
+        overwrite: bool = False,
     ) -> StagedMerging:
         """Train on labelled scenes; with fewer stages than planned where these leave nothing to learn.
 
@@ -82,6 +89,7 @@ class StageTrainer:
             provenance: what the stages keep of their making; figures of each stage's rows are added.
             cache: folder for the rows of each scene, so that a killed run goes on where it was.
             jobs: scenes worked on side by side.
+            overwrite: make the rows anew even where the cache holds them.
 
         Raises:
             ValueError: the scenes show no border of two objects, or none within one.
@@ -89,7 +97,7 @@ class StageTrainer:
         stages: tuple[BoostedStage, ...] = ()
         facts = []
         for number, step in enumerate(self.plan, start=1):
-            rows = partial(self.rows, data=data, stages=stages, cache=cache)
+            rows = partial(self.rows, data=data, stages=stages, cache=cache, overwrite=overwrite)
             done = Parallel(n_jobs=jobs, return_as="generator")(delayed(rows)(scene) for scene in scenes)
             title = f"stage {number} of {len(self.plan)}"
             parts = list(track(done, title, len(scenes), console=Console(stderr=True)))
@@ -104,27 +112,38 @@ class StageTrainer:
         return StagedMerging(self.variant, stages, {**provenance, "stages": facts})
 
     def rows(
-        self, scene: str, data: SceneSet, stages: tuple[BoostedStage, ...], cache: Path
+        self,
+        scene: str,
+        data: SceneSet,
+        stages: tuple[BoostedStage, ...],
+        cache: Path,
+        overwrite: bool = False,
     ) -> tuple[Tensor, Tensor]:
         """Features (L, 51) of the edgelets that `stages` leave of a scene, and whether they lie within one object.
 
         Edgelets with a region on either side that has no label are left out.
         """
-        kept = self._kept(scene, data, stages, cache)
+        kept = self._kept(scene, data, stages, cache, overwrite)
         return kept["features"][kept["known"]], kept["within"][kept["known"]]
 
     def _kept(
-        self, scene: str, data: SceneSet, stages: tuple[BoostedStage, ...], cache: Path
+        self,
+        scene: str,
+        data: SceneSet,
+        stages: tuple[BoostedStage, ...],
+        cache: Path,
+        overwrite: bool = False,
     ) -> dict[str, Tensor]:
         """The regions (H, W), the rows of all their edgelets, and which of these are known to be right or wrong."""
 
-        def make(_: int) -> dict[str, Tensor]:
+        def make() -> dict[str, Tensor]:
             frame = data.read(scene)[0]
             if frame.label is None:
                 raise ValueError(f"{frame.name} has no label.png; training needs the true segments.")
             percept = perceive(frame, estimated_ground, self.boundaries)
             label = percept.fine
             if stages:
+                # If all is to be made anew, then this was, for the stage before.
                 before = self._kept(scene, data, stages[:-1], cache)
                 label = self._merged(before["label"].long(), before["features"], stages)
             edgelets, regions = trace_edgelets(label), describe_regions(percept, label)
@@ -137,8 +156,14 @@ class StageTrainer:
                 "within": first == second,
             }
 
-        made_by = f"{StagedMerging(self.variant, stages, {})} {self.order} {self.boundaries} {self.seed}"
-        return dict(kept_tensors(cache, f"edgelets {made_by} {data.stamp(scene)}", make))
+        settings = (
+            self.variant,
+            self.order,
+            self.seed,
+            self.boundaries,
+        )  # not the plan: stages say what came of it
+        made_by = fingerprint("edgelets", stages, settings, type(data), scene, data.stamp(scene))
+        return dict(kept_tensors(cache, made_by, make, overwrite))
 
     def _merged(self, label: Tensor, features: Tensor, stages: tuple[BoostedStage, ...]) -> Tensor:
         """What the last of `stages` makes of regions, of whose edgelets it is shown the features."""

@@ -66,7 +66,7 @@ def train_potential(
 
     Args:
         features: (N, F) raw, finite.
-        target: (N,) badness, 0 or 1.
+        target: (N,) badness, from 0 to 1.
         weight: (N,) of each row in the loss.
         columns: names of the F features.
         head: makes the head from F.
@@ -82,7 +82,11 @@ def train_potential(
     scale = torch.where(scale > 1e-10 * mean.abs(), scale, 1.0)
     potential = Potential(columns, initialised(head, len(columns), seed), mean, scale, unit=unit)
     rows = (potential.standardised(features), target.double(), weight)
-    with _quiet_lightning(), one_thread():
+    grown = potential.head.grown(*rows, c, seed)
+    if grown is not None:
+        potential.head = grown
+        return potential
+    with quiet_lightning(), one_thread():
         trainer = pl.Trainer(
             accelerator="cpu",
             max_epochs=epochs,
@@ -98,7 +102,7 @@ def train_potential(
 
 
 @contextmanager
-def _quiet_lightning() -> Iterator[None]:
+def quiet_lightning() -> Iterator[None]:
     """Keep Lightning from announcing the hardware, and its own use of deprecated calls, at every fold."""
     logger = logging.getLogger("pytorch_lightning")
     level = logger.level

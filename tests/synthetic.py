@@ -13,15 +13,15 @@ from PIL import Image
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.interpretation import Interpreter, Rules
+from blockstab.interpretation import Interpreter
 from blockstab.percept import given_ground, perceive
 from blockstab.proposals import Proposal
 from blockstab.proposals.files import LabelFile
+from blockstab.reasoning import Rules
 from blockstab.rgbd.frame import Camera, Frame
 from blockstab.segments.hierarchy import build_hierarchy, split
 from blockstab.segments.segmentation import Segmentation
 from blockstab.view import View, make_view
-from models.spoiling import spoil
 from tests.worlds import Block, build
 
 HEIGHT, WIDTH, FOCAL = 144, 192, 260.0  # pixels
@@ -115,7 +115,7 @@ def view_of(photo: Photograph, proposal: Proposal | None = None) -> View:
 def interpreter(view: View, rules: Rules | None = None) -> Interpreter:
     """One that has understood nothing yet."""
     cloud, ground = view.percept.cloud, view.percept.ground
-    return Interpreter(cloud, view.sight, ground, view.atoms, rules or Rules(), view.known)
+    return Interpreter(cloud, view.sight, ground, view.atoms, rules or Rules())
 
 
 def over_split(view: View, rounds: int = 1) -> Segmentation:
@@ -134,18 +134,24 @@ def over_split(view: View, rounds: int = 1) -> Segmentation:
 def variants(view: View, count: int, seed: int = 0) -> list[Segmentation]:
     """Different segmentations, the start among them, by random splits and merges of objects."""
     generator, hierarchy = torch.Generator().manual_seed(seed), build_hierarchy(view.atoms)
-    objects = frozenset(range(len(view.atoms))) - view.start.segments[0]
-    found = [view.start]
+    background, found = view.start.segments[0], [view.start]
+
+    def drawn(below: int) -> int:
+        return int(torch.randint(0, below, (1,), generator=generator))
+
     while len(found) < count:
-        parent = found[int(torch.randint(0, len(found), (1,), generator=generator))]
-        child = spoil(
-            parent,
-            objects,
-            ("split", "split", "merge"),
-            lambda s: split(s, view.atoms, hierarchy),
-            view.atoms,
-            generator,
-        )
+        child = found[drawn(len(found))]
+        pairs = [
+            (a, b)
+            for a, b in zip(*(side.tolist() for side in child.neighbours(view.atoms)), strict=True)
+            if background not in (child.segments[a], child.segments[b])
+        ]
+        if drawn(3) == 0 and pairs:
+            child = child.merge(*pairs[drawn(len(pairs))])
+        else:
+            index = 1 + drawn(len(child) - 1)
+            parts = split(child.segments[index], view.atoms, hierarchy)
+            child = child.replace(index, parts) if parts else child
         found += [child] * (child not in found)
     return found
 

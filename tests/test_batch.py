@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -10,18 +11,22 @@ from pathlib import Path
 import pytest
 import torch
 
-from blockstab import batch, export
-from blockstab.batch import MADE, Job, Outcome, parse_all
-from blockstab.datasets.sets import stamp_of_files
+from blockstab import batch, export, fingerprint, percept
+from blockstab.batch import MADE, Job, Outcome, make_all, parse_all
+from blockstab.look import Look
+from blockstab.making import Parsing
 from blockstab.parsed import Parsed
 from blockstab.parser import Parser
-from blockstab.proposals.files import LabelFile
+from blockstab.proposals.files import LabelFile, MaskFile
 from blockstab.proposals.watershed import Watershed
-from blockstab.rgbd.frame import Frame, read_scene
+from blockstab.reasoning import Rules
+from blockstab.rgbd.frame import read_scene
+from blockstab.search.greedy import Greedy
 from blockstab.search.rsamp import RSamp
 from blockstab.search.stay import Stay
+from blockstab.sources import stamp_of_files
 from tests.synthetic import BLOCKS, photograph, write_folder
-from tests.toy_potentials import toy_potentials
+from tests.toy_potentials import random_potentials, toy_potentials
 
 QUICK = Parser(LabelFile(), Stay(), toy_potentials())
 
@@ -48,17 +53,22 @@ class Counting:
     parsed: list[str] = field(default_factory=list)
     error: BaseException | None = None
 
-    def __call__(self, frame: Frame) -> Parsed:
-        self.parsed.append(frame.name)
+    @property
+    def fingerprint(self) -> str:
+        return self.parser.fingerprint
+
+    def stamp(self, scene: str) -> str:
+        return self.parser.stamp(scene)
+
+    def understand(self, look: Look) -> Parsed:
+        self.parsed.append(look.frame.name)
         if self.error is not None:
             raise self.error
-        return self.parser(frame)
+        return self.parser.understand(look)
 
 
-def run(
-    folders: list[Path], out: Path, parser: object = QUICK, settings: str = "", **options
-) -> list[Outcome]:
-    return parse_all([job(folder) for folder in folders], parser, settings, out, report=False, **options)
+def run(folders: list[Path], out: Path, parser: object = QUICK, **options) -> list[Outcome]:
+    return parse_all([job(folder) for folder in folders], parser, out, report=False, **options)
 
 
 def contents(out: Path) -> dict[str, object]:
@@ -120,10 +130,33 @@ def test_what_is_done_is_not_done_again(folders, tmp_path):
     assert counting.parsed == ["scene1"]
 
 
-def test_other_settings_are_done_anew(folders, tmp_path):
-    run(folders, tmp_path / "out", settings="seed 1")
+@pytest.mark.parametrize(
+    "change",
+    [{"seed": 2}, {"potentials": random_potentials()}, {"rules": Rules(trimming=False)}],
+    ids=["seed", "potentials", "rules"],
+)
+def test_other_settings_are_done_anew(folders, tmp_path, change):
+    run(folders, tmp_path / "out")
+    counting = Counting(replace(QUICK, **change))
+    run(folders, tmp_path / "out", counting)
+    assert counting.parsed == ["scene0", "scene1"]
+
+
+def test_a_proposals_own_files_are_read_again_when_they_change(folders, tmp_path):
+    (tmp_path / "masks").mkdir()
+    for folder in folders:
+        (tmp_path / "masks" / f"{folder.name}.png").write_bytes((folder / "label.png").read_bytes())
+    counting = Counting(replace(QUICK, proposal=MaskFile(f"{tmp_path}/masks/{{scene}}.png")))
+    run(folders, tmp_path / "out", counting)
+    shutil.copy(tmp_path / "masks" / "scene0.png", tmp_path / "masks" / "scene1.png")
+    run(folders, tmp_path / "out", counting)
+    assert counting.parsed == ["scene0", "scene1", "scene1"]
+
+
+def test_told_to_overwrite_it_does_again_what_is_done(folders, tmp_path):
+    run(folders, tmp_path / "out")
     counting = Counting()
-    run(folders, tmp_path / "out", counting, settings="seed 2")
+    run(folders, tmp_path / "out", counting, overwrite=True)
     assert counting.parsed == ["scene0", "scene1"]
 
 
@@ -140,9 +173,9 @@ def test_other_inputs_are_done_anew(folders, tmp_path, file):
     assert counting.parsed == ["scene1"]
 
 
-def test_another_version_does_it_anew(folders, tmp_path, monkeypatch):
+def test_other_code_does_it_anew(folders, tmp_path, monkeypatch):
     run(folders[:1], tmp_path / "out")
-    monkeypatch.setattr(batch, "__version__", "999")
+    monkeypatch.setattr(fingerprint, "own_sources", lambda: "a line more")
     counting = Counting()
     run(folders[:1], tmp_path / "out", counting)
     assert counting.parsed == ["scene0"]
@@ -159,7 +192,7 @@ def test_a_result_that_lost_a_file_is_done_anew(folders, tmp_path, file):
 
 def test_a_report_that_was_not_made_is_made(folders, tmp_path):
     run(folders[:1], tmp_path / "out")
-    parse_all([job(folders[0])], QUICK, "", tmp_path / "out")
+    parse_all([job(folders[0])], QUICK, tmp_path / "out")
     assert (tmp_path / "out" / "scene0" / "report.html").is_file()
 
 
@@ -206,14 +239,46 @@ def test_a_killed_run_leaves_no_half_file_and_no_scene_that_looks_finished(
 
 @pytest.mark.parametrize("writes", [1, 2])
 def test_a_killed_run_does_not_pass_for_the_one_before_it(folders, tmp_path, monkeypatch, writes):
-    run(folders[:1], tmp_path / "out", settings="before")
+    run(folders[:1], tmp_path / "out")
     with monkeypatch.context() as patch:
         kill_after(writes, patch)
         with pytest.raises(KeyboardInterrupt):
-            run(folders[:1], tmp_path / "out", settings="after")
+            run(folders[:1], tmp_path / "out", replace(QUICK, seed=1))
     counting = Counting()
-    run(folders[:1], tmp_path / "out", counting, settings="before")
+    run(folders[:1], tmp_path / "out", counting)
     assert counting.parsed == ["scene0"]
+
+
+def test_what_several_parsers_ask_of_an_image_is_computed_once(folders, tmp_path, monkeypatch):
+    looked: list[str] = []
+
+    def perceive(frame, *settings):
+        looked.append(frame.name)
+        return percept.perceive(frame, *settings)
+
+    monkeypatch.setattr("blockstab.look.perceive", perceive)
+    trimmed = replace(QUICK, rules=Rules(trimming=False))
+    makers = {tmp_path / name: Parsing(p, report=False) for name, p in (("one", QUICK), ("two", trimmed))}
+    make_all([job(folder) for folder in folders], makers)
+    assert looked == ["scene0", "scene1"]
+    assert contents(tmp_path / "one").keys() == contents(tmp_path / "two").keys()
+
+
+def test_beside_another_parser_the_same_bytes_are_written(folders, tmp_path):
+    greedy = Parser(QUICK.proposal, Greedy(), QUICK.potentials, boundaries=QUICK.boundaries)
+    run(folders, tmp_path / "alone", greedy)
+    makers = {tmp_path / name: Parsing(p, report=False) for name, p in (("first", QUICK), ("beside", greedy))}
+    make_all([job(folder) for folder in folders], makers)
+    assert contents(tmp_path / "alone") == contents(tmp_path / "beside")
+
+
+def test_where_one_parser_fails_the_other_goes_on(folders, tmp_path, capsys):
+    broken = Counting(error=ValueError("the moon is full"))
+    makers = {tmp_path / name: Parsing(p, report=False) for name, p in (("bad", broken), ("good", QUICK))}
+    found = make_all([job(folders[0])], makers)
+    assert found[tmp_path / "bad"] == [Outcome("scene0", "scene0: the moon is full")]
+    assert found[tmp_path / "good"] == [Outcome("scene0", None)]
+    assert capsys.readouterr().err.count("the moon is full") == 1
 
 
 def test_no_scene_is_no_work(tmp_path):

@@ -19,7 +19,7 @@ from blockstab.export import scene_schema
 from models.checkpoint import save_potentials
 from models.heads import Potential
 from tests.synthetic import BLOCKS, photograph, write_folder
-from tests.toy_potentials import linear, toy_potentials
+from tests.toy_potentials import kinds_of, linear, toy_potentials
 
 
 @pytest.fixture(scope="module")
@@ -42,10 +42,8 @@ def threads():
     torch.set_num_threads(before)
 
 
-def saved(stem: Path, **changes: Potential | None) -> Path:
-    toy = toy_potentials()
-    kinds = {"unary": toy.unary, "pairwise": toy.pairwise, "merge": toy.merge, **changes}
-    save_potentials(stem, {kind: one for kind, one in kinds.items() if one is not None}, {"data": "toy"})
+def saved(stem: Path, **changes: Potential) -> Path:
+    save_potentials(stem, kinds_of(toy_potentials(), **changes), 0.1, {"data": "toy"})
     return stem.with_suffix(".json")
 
 
@@ -156,12 +154,17 @@ def test_unknown_potentials_are_refused_in_one_line(scene, name, tmp_path):
 def test_potentials_of_other_features_are_refused_in_one_line(scene, tmp_path):
     other = linear(["volume", *(f"other_{k}" for k in range(11))], {}, 0.0)
     file = saved(tmp_path / "other", pairwise=other)
-    assert_stopped(quick(scene, "--potentials", file, "--out", tmp_path), "'volume'", "intersections_larger")
+    assert_stopped(quick(scene, "--potentials", file, "--out", tmp_path), "'volume'", "train it anew")
 
 
-def test_potentials_without_one_of_merging_are_refused_in_one_line(scene, tmp_path):
-    file = saved(tmp_path / "less", merge=None)
-    assert_stopped(quick(scene, "--potentials", file, "--out", tmp_path), "less.json", "merging")
+def test_potentials_without_one_kind_are_refused_in_one_line(scene, tmp_path):
+    file = saved(tmp_path / "less")
+    record = json.loads(file.read_text())
+    del record["potentials"]["alone"]
+    file.write_text(json.dumps(record))
+    assert_stopped(
+        quick(scene, "--potentials", file, "--out", tmp_path), "less.json", "['alone'] are missing"
+    )
 
 
 def test_two_scenes_of_one_name_are_refused_in_one_line(scene, potentials, tmp_path):

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import torch
 
-from blockstab.draw import DEPTH_RAMP, depth_colored, depth_range, outlined
+from blockstab.draw import (
+    DEPTH_RAMP,
+    QUALITY_RAMP,
+    borders_colored,
+    depth_colored,
+    depth_range,
+    outlined,
+    quality_colored,
+    tinted,
+)
 
 WHITE, RED = [255, 255, 255], [255, 0, 0]
 PALETTE = torch.tensor([[0, 0, 0], RED, WHITE], dtype=torch.uint8)
@@ -70,3 +79,24 @@ def test_an_image_without_depth_has_a_range_all_the_same() -> None:
 def test_a_flat_depth_image_has_one_colour() -> None:
     flat = torch.full((3, 3), 1.5, dtype=torch.float64)
     assert len(depth_colored(flat, *depth_range(flat)).flatten(0, 1).unique(dim=0)) == 1
+
+
+def test_good_is_blue_and_bad_is_red() -> None:
+    found = quality_colored(torch.tensor([-0.2, 0.0, 1.0, 1.7], dtype=torch.float64)).tolist()
+    assert found == [list(QUALITY_RAMP[0])] * 2 + [list(QUALITY_RAMP[-1])] * 2
+
+
+def test_a_tint_lies_over_its_segment_alone() -> None:
+    color = torch.full((1, 3, 3), 100, dtype=torch.uint8)
+    picture = tinted(color, torch.tensor([[0, 1, 2]]), PALETTE, share=0.5)
+    assert picture.tolist() == [[[100, 100, 100], [178, 50, 50], [178, 178, 178]]]
+
+
+def test_a_border_has_the_colour_of_its_pair() -> None:
+    label = torch.tensor([[1, 1, 1, 2, 2, 2, 3, 3, 3, 0, 0]]).repeat(3, 1)
+    palette = torch.zeros(4, 4, 3, dtype=torch.uint8)
+    palette[1, 2] = palette[2, 1] = torch.tensor(RED, dtype=torch.uint8)
+    picture = borders_colored(torch.full((3, 11, 3), 50, dtype=torch.uint8), label, palette, width_px=1)
+    red = (picture == PALETTE[1]).all(dim=-1)
+    assert red[1].tolist() == [False, True, True, True] + [False] * 7
+    assert bool((picture[~red] == 50).all())

@@ -15,6 +15,8 @@ ROOT = Path(__file__).resolve().parents[1]
 ORDER = (
     *(
         "threads",
+        "sources",
+        "fingerprint",
         "planar",
         "convex",
         "rgbd",
@@ -28,11 +30,11 @@ ORDER = (
         "reasoning",
         "interpretation",
     ),
-    *("features", "proposals", "energy", "search", "parsed", "view", "parser"),
-    *("draw", "figures", "report", "export", "batch"),
-    *("metrics", "datasets", "simulation", "scoring", "cli"),
+    *("features", "proposals", "view", "pool", "look", "energy", "search", "parsed", "parser"),
+    *("draw", "figures", "report", "export", "making", "batch"),
+    *("metrics", "datasets", "simulation", "scoring", "comparison", "cli"),
 )
-HEAVY = ("open3d", "pytorch_lightning", "mujoco", "plotly", "sklearn", "hydra")
+HEAVY = ("open3d", "pytorch_lightning", "mujoco", "plotly", "sklearn", "hydra", "numba")
 SOURCES = sorted((ROOT / "blockstab").rglob("*.py"))
 
 

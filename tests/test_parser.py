@@ -11,7 +11,6 @@ import torch
 from PIL import Image
 
 from blockstab.export import scene_record, scene_schema, write_parsed
-from blockstab.features.unary import unary_features
 from blockstab.parsed import Parsed
 from blockstab.parser import Parser
 from blockstab.percept import estimated_ground, given_ground, perceive
@@ -81,7 +80,7 @@ def test_the_supports_and_falls_of_the_tower(given):
 
 def test_new_segments_are_numbered_after_the_proposals_largest_id(frame):
     one_region = torch.where(frame.label > 1, 70, frame.label)
-    parser = replace(AS_IT_IS, search=RSamp(rounds=3, first=Stay()))
+    parser = replace(AS_IT_IS, search=RSamp(rounds=3, first=(Stay(),)))
     parsed = parser(replace(frame, label=one_region))
     assert len(parsed.ids) > 2
     assert sorted(parsed.ids) == [1, *range(71, 71 + len(parsed.ids) - 1)]
@@ -116,17 +115,22 @@ def test_the_same_seed_parses_the_same_twice(frame, proposal, search):
     assert one == two
 
 
-def test_what_is_said_of_segments_and_pairs_agrees_with_the_potentials(sampled):
-    potentials = toy_potentials()
-    rows = unary_features(sampled.scene)
+def test_what_is_said_of_segments_and_pairs_agrees_with_the_potentials(frame, sampled):
+    potentials, scene = toy_potentials(), sampled.scene
+    view = make_view(perceive(frame, estimated_ground), SAMPLED.proposal)
+    (one,) = SAMPLED.problem(view).describe([scene])
+    rows = one.unary
     torch.testing.assert_close(sampled.unary, potentials.unary(rows), rtol=0.0, atol=EXACT)
     torch.testing.assert_close(sampled.badness, potentials.unary.badness(rows), rtol=0.0, atol=EXACT)
-    pairs, background = sampled.scene.pairs, sampled.scene.background
+    pairs, background = scene.pairs, scene.background
     bordering = pairs.neighbours
     judged = ~background[pairs.first[bordering]] & ~background[pairs.second[bordering]]
     assert torch.equal(sampled.pairwise.isfinite(), judged)
-    objects = sampled.unary[~background].mean() + sampled.pairwise[judged].mean()
-    assert sampled.energy == pytest.approx(float(objects), abs=EXACT)
+    area, smaller = scene.pixels.double(), scene.pixels[torch.stack([pairs.first, pairs.second])].amin(dim=0)
+    lost = torch.where(background, one.lost, sampled.unary.clamp(0, 1))
+    between = (smaller[bordering] * sampled.pairwise.clamp(0, 1))[judged]
+    expected = (area @ lost + potentials.weight * between.sum()) / area.sum()
+    assert sampled.energy == pytest.approx(float(expected), abs=EXACT)
 
 
 def test_a_parse_says_where_it_came_from(frame, sampled):

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 import torch
 
-from blockstab.piles import REACH_M, PileTable, pile_numbers, shifted
+from blockstab.piles import REACH_M, Pile, PileTable, joined, overlaid, pile_numbers
+from blockstab.stability.balance import Balance
 from blockstab.stability.support import GROUND
 from tests import worlds
 from tests.worlds import Block, build, judge
@@ -43,8 +44,9 @@ def test_what_holds_each_other_up_is_one_pile(blocks):
 
 def test_a_table_of_piles_pairs_segments_within_a_pile_only():
     one, two, three, four, five, six = (frozenset({k}) for k in range(6))
-    table = PileTable.of([(one, four, six), (two,), (three, five)])
+    table = PileTable.of([Pile((one, four), (six,)), Pile((two,), ()), Pile((three, five), ())])
     assert table.segments == (one, four, six, two, three, five)
+    assert table.movable.tolist() == [True, True, False, True, True, True]
     assert table.start == (0, 3, 4, 6)
     pairs = zip(table.first.tolist(), table.second.tolist(), strict=True)
     assert set(pairs) == {(0, 1), (0, 2), (1, 2), (4, 5)}
@@ -52,7 +54,32 @@ def test_a_table_of_piles_pairs_segments_within_a_pile_only():
 
 def test_relations_are_renamed_and_the_ground_stays_the_ground():
     supports = judge(*worlds.STACK).supports
-    renamed = shifted(supports, torch.tensor([4, 7]))
+    renamed = joined([supports], [[4, 7]])
     assert renamed.supporter.tolist() == [GROUND, 4]
     assert renamed.supported.tolist() == [4, 7]
-    assert renamed.type is supports.type
+    assert renamed.type.tolist() == supports.type.tolist()
+
+
+def test_the_relations_of_piles_are_joined_under_the_names_of_the_scene():
+    stack, counterweight = judge(*worlds.STACK).supports, judge(*worlds.COUNTERWEIGHT).supports
+    whole = joined([stack, counterweight], [[4, 0], [3, 1, 2]])
+    pairs = zip(whole.supporter.tolist(), whole.supported.tolist(), strict=True)
+    assert list(pairs) == [(GROUND, 4), (4, 0), (GROUND, 3), (3, 1), (1, 2)]
+    assert len(joined([], [])) == 0
+
+
+def test_joining_takes_back_what_splitting_did():
+    supports = judge(*worlds.STACK, Block(1.0, 0, 0.1, 0.1), Block(1.0, 0.1, 0.1, 0.1)).candidates
+    parts = supports.split([0, 2, 4])
+    assert [part.supported.tolist() for part in parts] == [[0, 1], [0, 1]]
+    assert [part.supporter.tolist() for part in parts] == [[GROUND, 0], [GROUND, 0]]
+    assert sorted(joined(parts, [[0, 1], [2, 3]]).supported.tolist()) == sorted(supports.supported.tolist())
+
+
+def test_the_last_pile_says_what_rests_on_background_and_the_others_keep_their_verdicts():
+    stack, weight = judge(*worlds.STACK).balance, judge(*worlds.COUNTERWEIGHT).balance
+    scene = overlaid(
+        Balance.of_background(torch.zeros(6, 3, dtype=torch.float64)), [stack, weight], [[2, 0], [5, 4, 0]]
+    )
+    assert scene.margin[[2, 0, 5, 4]].tolist() == [float(stack.margin[0]), *weight.margin[[2, 0, 1]].tolist()]
+    assert scene.margin[[1, 3]].tolist() == [float("inf")] * 2

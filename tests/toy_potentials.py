@@ -6,9 +6,7 @@ from collections.abc import Sequence
 
 import torch
 
-from blockstab.features.merging import MERGE_COLUMNS
-from blockstab.features.pairwise import PAIRWISE_COLUMNS
-from blockstab.features.unary import UNARY_COLUMNS
+from blockstab.features.columns import COLUMNS
 from models.checkpoint import Potentials
 from models.heads import HeadFactory, LinearHead, MLPHead, Potential, initialised
 
@@ -24,30 +22,39 @@ def linear(columns: Sequence[str], weights: dict[str, float], bias: float) -> Po
 
 
 def toy_potentials() -> Potentials:
-    """Segments should fit their box and stand, neighbours be far apart; what fits one box is one object."""
+    """Segments should fit their box and stand, neighbours be far apart; what lies before all is a thing."""
     return Potentials(
         unary=linear(
-            UNARY_COLUMNS, {"surface_distance_mean": 2.0, "visible_share": -1.0, "stable": -0.3}, 1.0
+            COLUMNS["unary"], {"surface_distance_mean": 2.0, "visible_share": -1.0, "stable": -0.3}, 1.4
         ),
-        pairwise=linear(PAIRWISE_COLUMNS, {"supporting": -0.5, "center_distance": -5.0}, 1.0),
-        merge=linear(MERGE_COLUMNS, {"surface_distance_mean_merged": 4.0}, 0.0),
+        pairwise=linear(COLUMNS["pairwise"], {"supporting": -0.5, "center_distance": -5.0}, 1.0),
+        alone=linear(
+            COLUMNS["alone"],
+            {"outline_before_share": -0.8, "interior_convex": -0.4, "interior_concave": 2.0},
+            0.9,
+        ),
+        background=linear(COLUMNS["background"], {"ground_share": -1.0}, 1.0),
+        weight=0.1,
         name="toy",
         sha256="0123456789abcdef" * 4,
         provenance={},
     )
 
 
+def kinds_of(potentials: Potentials, **changed: Potential) -> dict[str, Potential]:
+    """The potentials by kind, as `save_potentials` takes them, some of them replaced."""
+    return {kind: getattr(potentials, kind) for kind in COLUMNS} | changed
+
+
 def random_potentials(head: HeadFactory = MLPHead) -> Potentials:
     """Potentials whose parameters are drawn, not learned."""
-    unary, pairwise, merge = (
-        Potential(
+    kinds = {
+        kind: Potential(
             columns,
             initialised(head, len(columns), seed),
             torch.zeros(len(columns)),
             torch.ones(len(columns)),
-        )
-        for seed, columns in enumerate((UNARY_COLUMNS, PAIRWISE_COLUMNS, MERGE_COLUMNS))
-    )
-    for potential in (unary, pairwise, merge):
-        potential.requires_grad_(False)
-    return Potentials(unary, pairwise, merge, "random", "0" * 64, {})
+        ).requires_grad_(False)
+        for seed, (kind, columns) in enumerate(COLUMNS.items())
+    }
+    return Potentials(**kinds, weight=0.1, name="random", sha256="0" * 64, provenance={})

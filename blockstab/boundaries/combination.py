@@ -15,7 +15,7 @@ from blockstab.boundaries.gradients import COLOR_GRADIENTS, pb
 
 
 class Combination(Protocol):
-    """A way to weigh the signs of an edge: a class with its settings, which its `repr` tells."""
+    """A way to weigh the signs of an edge: a class with its settings."""
 
     def __call__(self, cues: Cues, /) -> BoundaryMap:
         """The strength of boundaries; each pixel by itself."""

@@ -52,6 +52,7 @@ class SegmentPoints:
         self._ranked = place.numpy()[order]
         self.count = torch.bincount(atom_of_pixel, minlength=n_atoms)
         self._start = np.concatenate([[0], self.count.cumsum(0).numpy()])
+        self._first: dict[Segment, np.ndarray] = {}
 
     def gather(self, segments: list[Segment]) -> tuple[Tensor, Tensor, Tensor]:
         """Points (S, max_points, 3) of each segment, how many there are (S,), and its seed (S,).
@@ -61,7 +62,7 @@ class SegmentPoints:
         index = np.zeros((len(segments), self.max_points), dtype=np.int64)
         count = np.zeros(len(segments), dtype=np.int64)
         for i, segment in enumerate(segments):
-            first = np.sort(np.concatenate([self._first_of(atom) for atom in segment]))[: self.max_points]
+            first = self._first_of(segment)
             count[i] = len(first)
             index[i, : len(first)] = first
             index[i, len(first) :] = first[0]
@@ -69,10 +70,15 @@ class SegmentPoints:
         seed = scramble(pixel[:, 0]) ^ torch.from_numpy(count)
         return self._points[pixel], torch.from_numpy(count), seed
 
-    def _first_of(self, atom: int) -> np.ndarray:
-        start, end = self._start[atom], self._start[atom + 1]
-        first: np.ndarray = self._ranked[start : min(end, start + self.max_points)]
-        return first
+    def _first_of(self, segment: Segment) -> np.ndarray:
+        """The ranks of a segment's points; it is asked for when it is fitted, judged and fitted again."""
+        if segment not in self._first:
+            parts = [self._ranked[self._start[a] : self._end_of(a)] for a in segment]
+            self._first[segment] = np.sort(np.concatenate(parts))[: self.max_points].astype(np.int32)
+        return self._first[segment]
+
+    def _end_of(self, atom: int) -> int:
+        return int(min(self._start[atom + 1], self._start[atom] + self.max_points))
 
 
 class Catalogue:
@@ -84,9 +90,10 @@ class Catalogue:
         self.fits = Fits.none()
         self._row: dict[BoxKey, int] = {}
         self._variant: dict[tuple[int, bytes], int] = {}
-        self._owner = torch.empty(0, dtype=torch.long)  # the smallest atom of the segment of each row
-        self._pair_key = torch.empty(0, dtype=torch.long)
-        self._pair_value = torch.empty(0, 4, dtype=torch.float64)
+        # Arrays, because a search asks for few pairs at a time, and often.
+        self._owner = np.empty(0, dtype=np.int64)  # the smallest atom of the segment of each row
+        self._pair_key = np.empty(0, dtype=np.int64)  # ascending
+        self._pair_value = np.empty((0, 4))
 
     def __len__(self) -> int:
         """How many fits have been made."""
@@ -120,7 +127,7 @@ class Catalogue:
             fits = self.fitter(*self.points.gather([segment for segment, _ in keys]), axis)
             start = len(self.fits)
             self.fits = self.fits.extended(fits)
-            self._owner = torch.cat([self._owner, torch.tensor([min(segment) for segment, _ in keys])])
+            self._owner = np.append(self._owner, [min(segment) for segment, _ in keys])
             self._row.update((key, start + i) for i, key in enumerate(keys))
 
     def variants(self, rows: Tensor, boxes: Boxes) -> Tensor:
@@ -136,7 +143,7 @@ class Catalogue:
             if key not in self._variant:
                 self._variant[key] = len(self.fits)
                 self.fits = self.fits.extended(self.fits[rows[i : i + 1]].with_boxes(boxes[i : i + 1]))
-                self._owner = torch.cat([self._owner, self._owner[rows[i : i + 1]]])
+                self._owner = np.append(self._owner, self._owner[int(rows[i])])
             result[i] = self._variant[key]
         return result
 
@@ -144,19 +151,29 @@ class Catalogue:
         """Gaps and directions of pairs of rows (P,), measured once for each pair of boxes."""
         # The order in which two boxes are measured decides how the gap is rounded, so it must not be that of the
         # rows, which depends on what was fitted before.
-        swapped = self._owner[first] > self._owner[second]
-        key = torch.where(swapped, second, first) << 32 | torch.where(swapped, first, second)
-        wanted, place = torch.unique(key, return_inverse=True)
-        known = torch.searchsorted(self._pair_key, wanted)
-        if len(self._pair_key):
-            fresh = wanted[self._pair_key[known.clamp(max=len(self._pair_key) - 1)] != wanted]
-        else:
-            fresh = wanted
-        if len(fresh):
-            apart = separation(self.fits.boxes, fresh >> 32, fresh & 0xFFFFFFFF)
-            value = torch.cat([apart.gap[:, None], apart.direction], dim=1)
-            merged, order = torch.cat([self._pair_key, fresh]).sort()
-            self._pair_key, self._pair_value = merged, torch.cat([self._pair_value, value])[order]
-        value = self._pair_value[torch.searchsorted(self._pair_key, wanted)[place]]
-        turned = torch.where(swapped, -1.0, 1.0)[:, None]
+        one, other = first.numpy(), second.numpy()
+        swapped = self._owner[one] > self._owner[other]
+        key = np.where(swapped, other, one) << 32 | np.where(swapped, one, other)
+        self._measure(key[~_found(key, self._pair_key)])
+        value = torch.from_numpy(self._pair_value[np.searchsorted(self._pair_key, key)])
+        turned = torch.from_numpy(np.where(swapped, -1.0, 1.0))[:, None]
         return Separation(value[:, 0], value[:, 1:] * turned)
+
+    def _measure(self, new: np.ndarray) -> None:
+        """Measure pairs that are not yet known."""
+        if not len(new):
+            return
+        key = np.unique(new)
+        apart = separation(self.fits.boxes, torch.from_numpy(key >> 32), torch.from_numpy(key & 0xFFFFFFFF))
+        value = torch.cat([apart.gap[:, None], apart.direction], dim=1).numpy()
+        place = np.searchsorted(self._pair_key, key)
+        self._pair_key = np.insert(self._pair_key, place, key)
+        self._pair_value = np.insert(self._pair_value, place, value, axis=0)
+
+
+def _found(wanted: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Which numbers are among those known, which ascend."""
+    if not len(known):
+        return np.zeros(len(wanted), dtype=bool)
+    found: np.ndarray = known[np.searchsorted(known, wanted).clip(max=len(known) - 1)] == wanted
+    return found

@@ -113,7 +113,7 @@ class MinimumSurface:
         Args:
             points: (N, P, 3) metres from the camera, in random order; rows past `count` are ignored.
             count: (N,) int64 points of each set, at least 1.
-            seed: (N,) int64; the same seed and points give the same box, whatever else is in the batch.
+            seed: (N,) int64; the same seed and points give the same box, within 1e-9 whatever else is in the batch.
             axis: (N, 3) unit vectors; where given, the first plane's normal is this one (the paper's Supp-surf).
         """
         _check(points, count)
@@ -141,7 +141,8 @@ def _check(points: Tensor, count: Tensor) -> None:
 def _fit_rows(
     rows: Tensor, points: Tensor, count: Tensor, seed: Tensor, settings: MinimumSurface, axis: Tensor | None
 ) -> Fits:
-    # One set alone would take other matrix kernels, which round otherwise.
+    # One set alone would take other matrix kernels, which round otherwise; of few points, or of points exactly on
+    # a plane, the best restart hangs on the last bit, and another one may give quite another box.
     pair = rows.expand(2) if len(rows) == 1 else rows
     fits = _fit_batch(points[pair], count[pair], seed[pair], settings, None if axis is None else axis[pair])
     return fits[torch.arange(len(rows))]

@@ -112,41 +112,48 @@ def refine(
     Args:
         rotation: (N, 3, 3) columns are axes; points: (N, P, 3); tolerance: (N, P); axis: (N, 3) or None.
     """
+    columns = points.transpose(1, 2).contiguous()  # (N, 3, P): along memory everything below is a sweep
     for _ in range(_REFINE_STEPS):
-        face, weight = _nearest_faces(points @ rotation, present, tolerance)  # (N, P), (N, P)
-        one_hot = torch.nn.functional.one_hot(face, 6).to(points.dtype) * weight[..., None]  # (N, P, 6)
-        mass = one_hot.sum(dim=1).clamp(min=1.0)
-        mean = _totals(one_hot.transpose(1, 2), points) / mass[..., None]  # (N, 6, 3)
-        centred = points - (one_hot @ mean)
-        normal = rotation.transpose(1, 2).gather(1, (face // 2)[..., None].expand(-1, -1, 3))
-        residual = (normal * centred).sum(dim=-1)
-        lever = torch.linalg.cross(normal, centred) * weight[..., None]
+        local = (points @ rotation).transpose(1, 2).contiguous()
+        face, inside = _nearest_faces(local, present, tolerance)  # (N, P), (N, P)
+        weight = inside.to(points.dtype)[:, None]
+        on_face = (face[:, None] == torch.arange(6)[:, None]) * weight  # (N, 6, P)
+        mass = on_face.sum(dim=2).clamp(min=1.0)
+        mean = _totals(on_face, columns) / mass[..., None]  # (N, 6, 3)
+        centred = columns - _of_each(mean.transpose(1, 2), face) * weight
+        normal = _of_each(rotation, face // 2)
+        residual = (normal * centred).sum(dim=1, keepdim=True)
+        lever = torch.linalg.cross(normal, centred, dim=1) * weight
         if axis is not None:
-            lever = (lever * axis[:, None]).sum(dim=-1, keepdim=True) * axis[:, None]
-        matrix = _totals(lever.transpose(1, 2), lever)
+            lever = (lever * axis[..., None]).sum(dim=1, keepdim=True) * axis[..., None]
+        matrix = _totals(lever, lever)
         ridge = 1e-3 * matrix.diagonal(dim1=1, dim2=2).sum(dim=1).clamp(min=1e-12)
         matrix = matrix + ridge[:, None, None] * torch.eye(3, dtype=points.dtype)
-        turn = -torch.linalg.solve(matrix, (lever * residual[..., None]).sum(dim=1))
+        turn = -torch.linalg.solve(matrix, (lever * residual).transpose(1, 2).contiguous().sum(dim=1))
         rotation = _turned(rotation, turn)
     return rotation
 
 
+def _of_each(vectors: Tensor, index: Tensor) -> Tensor:
+    """Of vectors (N, 3, K) the one that each point asks for by index (N, P), (N, 3, P)."""
+    return vectors.gather(2, index[:, None].expand(-1, 3, -1))
+
+
 def _nearest_faces(local: Tensor, present: Tensor, tolerance: Tensor) -> tuple[Tensor, Tensor]:
-    """The face each point lies on, (N, P) in 0..5, and 1.0 where it does, else 0.0 (N, P)."""
-    ordered = local.masked_fill(~present[..., None], float("inf"))
-    low = _robust_border(ordered, present)
-    high = -_robust_border((-local).masked_fill(~present[..., None], float("inf")), present)
-    distance = torch.stack([(high[:, None] - local).abs(), (local - low[:, None]).abs()], dim=-1).flatten(2)
-    nearest = distance.min(dim=-1)
-    weight = (nearest.values < 1.5 * tolerance) & present
-    return nearest.indices, weight.to(local.dtype)
+    """The face each point (N, 3, P) lies on, (N, P) in 0..5, and whether it does, (N, P)."""
+    low = _robust_border(local, present)
+    high = -_robust_border(-local, present)
+    distance = torch.stack([(high - local).abs(), (local - low).abs()], dim=2).flatten(1, 2)
+    nearest = distance.min(dim=1)
+    return nearest.indices, (nearest.values < 1.5 * tolerance) & present
 
 
-def _robust_border(ordered: Tensor, present: Tensor) -> Tensor:
-    """Where the lowest 1 % of each coordinate ends: (N, P, 3) with +inf for absent points to (N, 3)."""
+def _robust_border(values: Tensor, present: Tensor) -> Tensor:
+    """Where the lowest 1 % of each coordinate ends: (N, 3, P) to (N, 3, 1)."""
     rank = (0.01 * present.sum(dim=1)).long()
-    lowest = ordered.topk(int(rank.max()) + 1, dim=1, largest=False).values
-    return lowest.gather(1, rank[:, None, None].expand(-1, 1, 3))[:, 0]
+    ordered = values.masked_fill(~present[:, None], float("inf"))
+    lowest = ordered.topk(int(rank.max()) + 1, dim=2, largest=False).values
+    return lowest.gather(2, rank[:, None, None].expand(-1, 3, 1))
 
 
 def _turned(rotation: Tensor, turn: Tensor) -> Tensor:
@@ -169,20 +176,19 @@ def _within(points: Tensor, present: Tensor, tolerance: Tensor, normal: Tensor, 
 
 def _least_squares(points: Tensor, weight: Tensor) -> Plane:
     """Planes of least squares for weights (N, R, J) on points (N, J, 3)."""
-    products = points[..., :, None] * points[..., None, :]
     mass = weight.sum(dim=-1).clamp(min=1.0)
-    mean = _totals(weight, points) / mass[..., None]
-    second = _totals(weight, products.flatten(2)).view(*mass.shape, 3, 3) / mass[..., None, None]
+    columns = points.transpose(1, 2).contiguous()
+    products = columns[:, :, None] * columns[:, None]
+    mean = _totals(weight, columns) / mass[..., None]
+    second = _totals(weight, products.flatten(1, 2)).view(*mass.shape, 3, 3) / mass[..., None, None]
     covariance = second - mean[..., :, None] * mean[..., None, :]
     normal = torch.linalg.eigh(covariance).eigenvectors[..., 0]
     return Plane(normal, (normal * mean).sum(dim=-1))
 
 
-def _totals(weight: Tensor, values: Tensor) -> Tensor:
-    """Sums (N, R, K) of values (N, J, K) over J with weights (N, R, J)."""
+def _totals(weight: Tensor, columns: Tensor) -> Tensor:
+    """Sums (N, R, K) of columns (N, K, J) over J with weights (N, R, J)."""
     # A matrix product rounds by where in memory each set of the batch begins; a sum along memory does not.
-    columns = values.transpose(1, 2).contiguous()
-    weight = weight.contiguous()
     return torch.stack([(weight * columns[:, None, k]).sum(dim=-1) for k in range(columns.shape[1])], dim=-1)
 
 

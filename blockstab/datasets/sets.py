@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -11,6 +10,7 @@ from typing import Protocol
 from blockstab.datasets.folder import BOUNDARY, IMAGES, META, read_truth, scene_folders
 from blockstab.datasets.truth import Truth
 from blockstab.rgbd.frame import Frame, read_scene
+from blockstab.sources import stamp_of_files
 
 
 class SceneSet(Protocol):
@@ -27,7 +27,7 @@ class SceneSet(Protocol):
         """One scene; FrameError, a line that names the file, where it is damaged."""
 
     def stamp(self, scene: str) -> str:
-        """A word that changes whenever the scene's files do."""
+        """A word that changes whenever the scene's files do, and with them or the settings what `read` gives."""
 
     def official(self) -> Mapping[str, Sequence[str]]:
         """The split that came with the set: names of scenes by part; empty where none did."""
@@ -83,11 +83,3 @@ def _annotated_or_damaged(folder: Path) -> bool:
         return read_truth(folder).support_annotated
     except ValueError:
         return True
-
-
-def stamp_of_files(files: Iterable[Path]) -> str:
-    """One hash over the files that are there; a missing one is reported, by name, where it is read."""
-    digest = hashlib.sha256()
-    for file in files:
-        digest.update(hashlib.sha256(file.read_bytes()).digest() if file.is_file() else b"-")
-    return digest.hexdigest()

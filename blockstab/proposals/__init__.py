@@ -27,7 +27,11 @@ class Proposed:
 
 
 class Proposal(Protocol):
-    """Anything that divides an image into regions: a class with its settings, called once per image."""
+    """Anything that divides an image into regions: a class with its settings, called once per image.
+
+    One that reads a file for each scene has a method `stamp` too, from the scene's name to a word that changes
+    whenever the file does.
+    """
 
     def __call__(self, percept: Percept) -> Proposed:
         """Divide the image.
@@ -39,3 +43,9 @@ class Proposal(Protocol):
             The same image gives the same regions, bit for bit, in any process.
         """
         ...
+
+
+def stamp_of(plugin: object, scene: str) -> str:
+    """What a plug-in's own `stamp` says of a scene, of the files that it reads for it; empty where it has none."""
+    stamp = getattr(plugin, "stamp", None)
+    return "" if stamp is None else str(stamp(scene))

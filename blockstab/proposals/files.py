@@ -15,6 +15,7 @@ from blockstab.proposals.annotations import annotated_masks
 from blockstab.proposals.arrays import stored_masks
 from blockstab.proposals.masks import Mask, Painted, painted
 from blockstab.rgbd.reading import FrameError, label_file
+from blockstab.sources import stamp_of_files
 
 _MASKS = {".json": annotated_masks, ".npz": stored_masks}
 SCENE = "{scene}"
@@ -70,6 +71,10 @@ class MaskFile:
     def file(self, scene: str) -> Path:
         """The file of a scene."""
         return Path(str(self.path).replace(SCENE, scene))
+
+    def stamp(self, scene: str) -> str:
+        """A hash of the file of a scene."""
+        return stamp_of_files([self.file(scene)])
 
     def __call__(self, percept: Percept) -> Proposed:
         """Read the regions.

@@ -34,7 +34,7 @@ class Stage(Protocol):
 
 
 class Stages(Protocol):
-    """The stages in order, and the variant of the features that they were trained on; `str` tells them apart."""
+    """The stages in order, and the variant of the features that they were trained on."""
 
     @property
     def variant(self) -> Variant: ...

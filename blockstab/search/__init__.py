@@ -2,40 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import torch
 
-from blockstab.energy import Energy, Potential, Rating
-from blockstab.interpretation import Interpreter
-from blockstab.segments.segmentation import Segment, Segmentation
+from blockstab.energy import Rating
+from blockstab.search.problem import Problem
+from blockstab.segments.segmentation import Segmentation
+
+_DIGITS = 9  # of an energy that count: further ones may hang on the processor, and on what is rated beside
 
 
-@dataclass(frozen=True)
-class Problem:
-    """All that a search may ask.
+def rank(rating: Rating) -> float:
+    """The energy as searches compare it.
 
-    Args:
-        interpret: understands segmentations of the image.
-        energy: rates scenes; lower is better.
-        merge: features of possible merges (K, 121) to (K,): 0 for pairs that should merge, else 1.
-        split: the two parts that a segment falls into first, or None if it cannot be split.
+    Everything that a search decides by comparing energies or potentials goes by values rounded here, so that what
+    rounds differently in another batch does not turn it.
     """
-
-    interpret: Interpreter
-    energy: Energy
-    merge: Potential
-    split: Callable[[Segment], tuple[Segment, Segment] | None]
+    return round(float(rating.energy.detach()), _DIGITS)
 
 
 @dataclass(frozen=True)
 class Found:
-    """What a search came to: its best scene, and the energy of the best it kept after each step."""
+    """What a search came to.
+
+    Args:
+        best: its best scene.
+        trace: the energy of the best it kept after each step.
+        bests: the segmentation of each step; as many as the trace has.
+    """
 
     best: Rating
     trace: tuple[float, ...]
+    bests: tuple[Segmentation, ...]
+
+    @staticmethod
+    def of(ratings: Sequence[Rating]) -> Found:
+        """From the best after each step, the last of which is the result."""
+        return Found(
+            ratings[-1], tuple(rank(one) for one in ratings), tuple(one.scene.segmentation for one in ratings)
+        )
 
 
 class Search(Protocol):

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import torch
 
-from blockstab.search import Found, Problem
+from blockstab.search import Found
+from blockstab.search.problem import Problem
 from blockstab.segments.segmentation import Segmentation
 
 
@@ -16,5 +17,4 @@ class Stay:
 
     def __call__(self, start: Segmentation, problem: Problem, generator: torch.Generator) -> Found:
         """Rate the start."""
-        (best,) = problem.energy(problem.interpret([start]))
-        return Found(best, (best.energy,))
+        return Found.of(problem.rate([start]))

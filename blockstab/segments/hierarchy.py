@@ -46,6 +46,16 @@ def build_hierarchy(atoms: Atoms) -> Hierarchy:
     return Hierarchy(borders, order[:, 0], order[:, 1], mean.cummax(dim=0).values if merges else mean)
 
 
+def nodes(hierarchy: Hierarchy) -> list[Segment]:
+    """Every part that ever exists while atoms merge, the atoms among them, in the order in which they come about."""
+    part = {atom: frozenset({atom}) for atom in hierarchy.borders}
+    found = list(part.values())
+    for kept, gone in zip(hierarchy.first.tolist(), hierarchy.second.tolist(), strict=True):
+        part[kept] |= part.pop(gone)
+        found.append(part[kept])
+    return found
+
+
 def joined_at(hierarchy: Hierarchy, first: Tensor, second: Tensor) -> Tensor:
     """The height at which two atoms become one part.
 

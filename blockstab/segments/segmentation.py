@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 
+import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor
@@ -25,12 +27,26 @@ class Segmentation:
     Args:
         segments: disjoint non-empty sets of atom indices, sorted by their smallest atom, so that equal
             partitions are equal values and hash alike.
+        told: segments of which it is known whether they are background, with the answer; what nobody has told is
+            found out from the segment's box.
     """
 
     segments: tuple[Segment, ...]
+    told: frozenset[tuple[Segment, bool]] = frozenset()
 
     def __len__(self) -> int:
         return len(self.segments)
+
+    @cached_property
+    def background(self) -> dict[Segment, bool]:
+        """Of the segments that something was told of: whether they are background."""
+        return dict(self.told)
+
+    def telling(self, told: Mapping[Segment, bool]) -> Segmentation:
+        """The same segments, and what is told of some of them, in place of what was told before."""
+        known = {**self.background, **told}
+        kept = set(self.segments)
+        return Segmentation(self.segments, frozenset((s, b) for s, b in known.items() if s in kept))
 
     @classmethod
     def from_labels(cls, atoms: Atoms, label: Tensor) -> Segmentation:
@@ -55,14 +71,17 @@ class Segmentation:
         return cls(_in_order(map(frozenset, gathered.values())))
 
     def merge(self, i: int, j: int) -> Segmentation:
-        """Segments i and j become one."""
+        """Segments i and j become one; what was told of both alike is told of it."""
         if i == j:
             raise ValueError(f"A merge needs two segments, but both are {i}; choose another.")
+        one, other = self.segments[i], self.segments[j]
         rest = [s for k, s in enumerate(self.segments) if k not in (i, j)]
-        return Segmentation(_in_order([*rest, self.segments[i] | self.segments[j]]))
+        told = self.background.get(one)
+        agreed = {one | other: told} if told is not None and told == self.background.get(other) else {}
+        return Segmentation(_in_order([*rest, one | other]), self.told).telling(agreed)
 
     def replace(self, i: int, parts: Iterable[Segment]) -> Segmentation:
-        """Segment i falls into `parts`, which must be disjoint, not empty, and make it up."""
+        """Segment i falls into `parts`, which must be disjoint, not empty, and make it up; what was told stays."""
         parts = list(parts)
         whole = self.segments[i]
         if not all(parts) or frozenset().union(*parts) != whole or sum(map(len, parts)) != len(whole):
@@ -70,15 +89,28 @@ class Segmentation:
                 f"Parts must divide the atoms of segment {i}, {sorted(whole)}, but they are "
                 f"{[sorted(part) for part in parts]}; give each of its atoms to one part."
             )
-        return Segmentation(_in_order([*self.segments[:i], *self.segments[i + 1 :], *parts]))
+        told = dict.fromkeys(parts, self.background[whole]) if whole in self.background else {}
+        return Segmentation(
+            _in_order([*self.segments[:i], *self.segments[i + 1 :], *parts]), self.told
+        ).telling(told)
+
+    def carve(self, mask: Segment) -> Segmentation:
+        """`mask` becomes an object; segments that hold a part of it lose that part, or go."""
+        rest, told = [], {mask: False}
+        for segment in self.segments:
+            left = segment - mask
+            if left:
+                rest.append(left)
+            if left and segment in self.background:
+                told[left] = self.background[segment]
+        return Segmentation(_in_order([*rest, mask]), self.told).telling(told)
 
     def index_of_atom(self, count: int) -> Tensor:
         """(count,) int64: the segment of each of `count` atoms; -1 where it belongs to none."""
-        index = torch.full((count,), -1)
-        sizes = torch.tensor([len(s) for s in self.segments], dtype=torch.int64)
-        members = torch.tensor(list(chain.from_iterable(self.segments)), dtype=torch.int64)
-        index[members] = torch.arange(len(self)).repeat_interleave(sizes)
-        return index
+        index = np.full(count, -1)
+        members = np.fromiter(chain.from_iterable(self.segments), dtype=np.int64)
+        index[members] = np.arange(len(self)).repeat([len(s) for s in self.segments])
+        return torch.from_numpy(index)
 
     def labels(self, atoms: Atoms) -> Tensor:
         """(H, W) int64 label image: segment k has label k + 1, what belongs to none has 0."""
@@ -90,14 +122,15 @@ class Segmentation:
         Returns:
             (P,) and (P,) int64 segment indices, the smaller first, sorted.
         """
-        index = self.index_of_atom(len(atoms))
-        a, b = index[atoms.first], index[atoms.second]
+        index, n = self.index_of_atom(len(atoms)).numpy(), len(self)
+        a, b = index[atoms.first.numpy()], index[atoms.second.numpy()]
         border = (a != b) & (a >= 0) & (b >= 0)
-        pair = torch.minimum(a, b)[border] * len(self) + torch.maximum(a, b)[border]
-        pairs, place = torch.unique(pair, return_inverse=True)
-        shared = torch.bincount(place, atoms.border_px[border], minlength=len(pairs))
-        pairs = pairs[shared >= min_border_px]
-        return pairs // max(len(self), 1), pairs % max(len(self), 1)
+        pair = (np.minimum(a, b) * n + np.maximum(a, b))[border]
+        # A table of all pairs, for most of a scene's few segments border on each other anyhow.
+        shared = np.bincount(pair, atoms.border_px.numpy()[border], minlength=n * n).reshape(n, n)
+        touching = np.bincount(pair, minlength=n * n).reshape(n, n) > 0
+        first, second = (touching & (shared >= min_border_px)).nonzero()
+        return torch.from_numpy(first), torch.from_numpy(second)
 
 
 def _in_order(segments: Iterable[Segment]) -> tuple[Segment, ...]:

@@ -8,6 +8,8 @@ from torch import Tensor
 from blockstab.boxes.box import Boxes
 from blockstab.convex import Polygons, clip, hull, segments
 
+TIE = 1e-9  # metres by which two edges may differ in distance and still be as near
+
 
 def on_ground(points: Tensor) -> Tensor:
     """Project points (..., 3) of the world frame on the ground plane: (..., 2), x and z."""
@@ -27,14 +29,17 @@ def surface_areas(shadows: Polygons, supporter: Tensor, supported: Tensor) -> Po
 def touching_edges(boxes: Boxes, supporter: Tensor, supported: Tensor) -> Polygons:
     """Areas of "partial on-top" and "side" support: the edge of the supported box that touches the other.
 
-    It is the edge whose two ends are nearest to the other box on average, a polygon of two vertices.
+    It is the edge whose two ends are nearest to the other box on average, the first of several, a polygon of two
+    vertices.
     """
     edges = boxes[supported].edges()  # (E, 12, 2, 3)
     other = boxes[supporter]
     beyond = other.local(edges.flatten(1, 2)).abs() - other.half_extent[:, None]
     outside = beyond.clamp(min=0).norm(dim=-1)
     distance = torch.where(beyond.amax(dim=-1) > 0, outside, beyond.amax(dim=-1))  # negative within the box
-    best = distance.view(-1, 12, 2).mean(dim=-1).argmin(dim=1)
+    distance = distance.view(-1, 12, 2).mean(dim=-1)
+    # Where boxes are parallel several edges are as near; rounding, which differs between processors, must not choose.
+    best = (distance <= distance.amin(dim=1, keepdim=True) + TIE).long().argmax(dim=1)
     return segments(on_ground(edges[torch.arange(len(best)), best]))
 
 

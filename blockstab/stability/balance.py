@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -53,15 +54,25 @@ class Balance:
             self.support_center.index_copy(0, index, rows.support_center),
         )
 
-    def between(self, start: int, stop: int) -> Balance:
-        """The verdicts on boxes `start` to `stop - 1`."""
+    def __getitem__(self, index: Tensor | slice) -> Balance:
         return Balance(
-            self.stable[start:stop],
-            self.stable_alone[start:stop],
-            self.margin[start:stop],
-            self.mass_center[start:stop],
-            self.support_center[start:stop],
+            self.stable[index],
+            self.stable_alone[index],
+            self.margin[index],
+            self.mass_center[index],
+            self.support_center[index],
         )
+
+
+def concatenate(parts: Sequence[Balance]) -> Balance:
+    """The verdicts on several sets of boxes, in order."""
+    return Balance(
+        torch.cat([p.stable for p in parts]),
+        torch.cat([p.stable_alone for p in parts]),
+        torch.cat([p.margin for p in parts]),
+        torch.cat([p.mass_center for p in parts]),
+        torch.cat([p.support_center for p in parts]),
+    )
 
 
 def combined(areas: Polygons, slots: Tensor, used: Tensor) -> Polygons:
@@ -105,7 +116,8 @@ def mass_centers(boxes: Boxes, load: Tensor) -> Tensor:
     """
     carrier, carried = load.nonzero(as_tuple=True)
     volume = boxes.volume()[carried, None]
-    # A sum in the order of the boxes rounds alike however many boxes there are beside them; a product does not.
+    # A sum in the order of the boxes rounds alike however many boxes there are beside them; a product does not,
+    # and whether a box on the very edge of its support stands hangs on the last bit.
     mass = volume.new_zeros(len(load), 1).index_add(0, carrier, volume)
     return mass.new_zeros(len(load), 3).index_add(0, carrier, volume * boxes.center[carried]) / mass
 

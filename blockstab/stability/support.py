@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -54,11 +55,16 @@ class Supports:
         on_box = (self.supporter != GROUND) & (self.type != SupportType.SIDE)
         return self.supported[on_box], self.supporter[on_box]
 
-    def between(self, start: int, stop: int) -> Supports:
-        """The relations of boxes `start` to `stop - 1`, which are counted from 0 in the answer."""
-        part = self[(self.supported >= start) & (self.supported < stop)]
-        below = torch.where(part.supporter == GROUND, GROUND, part.supporter - start)
-        return Supports(below, part.supported - start, part.type, part.area)
+    def split(self, start: Sequence[int]) -> list[Supports]:
+        """The relations of the boxes `start[k]` to `start[k + 1] - 1`, for each k, which are counted from 0."""
+        begin = torch.tensor(start)
+        part = torch.searchsorted(begin, self.supported, right=True) - 1
+        order = part.argsort(stable=True)
+        first, sizes = begin[part[order]], torch.bincount(part, minlength=len(start) - 1).tolist()
+        below = torch.where(self.supporter[order] == GROUND, GROUND, self.supporter[order] - first)
+        columns = below, self.supported[order] - first, self.type[order], *vars(self.area[order]).values()
+        parts = zip(*(torch.split(column, sizes) for column in columns), strict=True)
+        return [Supports(below, above, kind, Polygons(*area)) for below, above, kind, *area in parts]
 
 
 @dataclass(frozen=True)

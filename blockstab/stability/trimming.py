@@ -15,8 +15,8 @@ from blockstab.stability.balance import combined, margins, mass_centers, slots_o
 from blockstab.stability.loads import levels, pass_down
 from blockstab.stability.support import Supports, SupportType
 
-_TOP_SLOTS, _SIDE_SLOTS = 4, 4  # supports of one box that are tried in combination; more are never seen
-_MAX_SIDES = 2  # "at most two side supports"
+TOP_SLOTS, SIDE_SLOTS = 4, 4  # supports of one box that are tried in combination; more are never seen
+MAX_SIDES = 2  # "at most two side supports"
 
 
 def trim(boxes: Boxes, candidates: Supports, slack: Tensor) -> Supports:
@@ -71,8 +71,8 @@ def _smallest_combination(
     """(K, S) the smallest stable combination of each box's supports; all of them where none is stable."""
     order = _by_importance(used, kind)  # (K, 8): on-top first, then side; -1 is none
     result, rows = used.clone(), torch.arange(len(used))
-    for size in range(1, _TOP_SLOTS + _MAX_SIDES + 1):
-        tries = order[rows][:, _combinations(size)]  # (R, T, size)
+    for size in range(1, TOP_SLOTS + MAX_SIDES + 1):
+        tries = order[rows][:, combinations_of(size)]  # (R, T, size)
         pick = _most_central(candidates, slots[rows], tries, center[rows], slack[rows])
         found = pick >= 0
         chosen = tries[torch.arange(len(rows)), pick.clamp(min=0)][found]
@@ -109,7 +109,7 @@ def _most_central(
 def _by_importance(used: Tensor, kind: Tensor) -> Tensor:
     """(K, 8) places of the on-top supports, then of the side supports, in their order; -1 for none."""
     columns = []
-    for wanted, amount in ((kind != SupportType.SIDE, _TOP_SLOTS), (kind == SupportType.SIDE, _SIDE_SLOTS)):
+    for wanted, amount in ((kind != SupportType.SIDE, TOP_SLOTS), (kind == SupportType.SIDE, SIDE_SLOTS)):
         none = used.shape[1]
         place = torch.where(used & wanted, torch.arange(none), none).sort(dim=1).values
         place = torch.nn.functional.pad(place, (0, amount), value=none)[:, :amount]
@@ -118,8 +118,8 @@ def _by_importance(used: Tensor, kind: Tensor) -> Tensor:
 
 
 @cache
-def _combinations(size: int) -> Tensor:
+def combinations_of(size: int) -> Tensor:
     """(T, size) every set of so many of the 8 places, with at most two of the side supports."""
-    places = range(_TOP_SLOTS + _SIDE_SLOTS)
-    rows = [c for c in combinations(places, size) if sum(k >= _TOP_SLOTS for k in c) <= _MAX_SIDES]
+    places = range(TOP_SLOTS + SIDE_SLOTS)
+    rows = [c for c in combinations(places, size) if sum(k >= TOP_SLOTS for k in c) <= MAX_SIDES]
     return torch.tensor(rows)

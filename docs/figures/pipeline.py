@@ -36,7 +36,7 @@ STAGES = (
     Stage(0, 2, "Scene", "all of it, in one value", "interpretation.py", GEOMETRY),
     Stage(1, 2, "Features", "30 a segment, 63 a pair", "features/", LEARNED),
     Stage(2, 2, "Potentials", "lower is better", "models/heads.py", LEARNED),
-    Stage(3, 2, "Energy", "one number (Eq. 2)", "energy.py", LEARNED),
+    Stage(3, 2, "Energy", "one number (Eq. 2)", "energy/", LEARNED),
     Stage(4, 2, "Search", "the least energy", "search/rsamp.py", PARTS),
     Stage(4, 3, "Removal", "what would fall", "stability/removal.py", GEOMETRY),
     Stage(3, 3, "Files", "labels, record, report", "export.py, report.py", RESULT),

@@ -16,7 +16,7 @@ from torch import Tensor
 
 from blockstab.boxes.box import Boxes, concatenate
 from blockstab.boxes.separation import Separation, separation
-from tests.tolerance import EXACT
+from tests.tolerance import COMPANY, EXACT
 
 UNITS = torch.eye(3, dtype=torch.float64)
 SOLVER = 1e-6  # metres: where coal and HiGHS stop iterating, and what an edge axis has to win by
@@ -205,13 +205,13 @@ def test_noise_in_the_rotation_of_parallel_boxes_does_not_turn_the_direction(
         close(shaken.direction, still.direction.expand(2000, 3), 1e-6)
 
 
-def test_pairs_do_not_depend_on_the_others_in_the_batch(generator: torch.Generator) -> None:
+def test_a_pair_is_the_same_within_1e_9_whatever_others_are_in_the_batch(generator: torch.Generator) -> None:
     boxes = random_boxes(100, generator)
     first, second = random_pairs(boxes, 9000, generator)
     whole = separation(boxes, first, second)
     parts = [separation(boxes, i, j) for i, j in zip(first.chunk(7), second.chunk(7), strict=True)]
-    assert torch.equal(whole.gap, torch.cat([part.gap for part in parts]))
-    assert torch.equal(whole.direction, torch.cat([part.direction for part in parts]))
+    close(whole.gap, torch.cat([part.gap for part in parts]), COMPANY)
+    close(whole.direction, torch.cat([part.direction for part in parts]), COMPANY)
     assert separation(boxes, first[:0], second[:0]).direction.shape == (0, 3)
 
 

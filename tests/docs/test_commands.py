@@ -24,13 +24,14 @@ from blockstab.proposals.files import LabelFile
 from blockstab.proposals.watershed import Watershed
 from blockstab.rgbd.frame import read_scene
 from blockstab.scoring import SCORES
+from blockstab.search.moves.every import EVERY
 from blockstab.search.stay import Stay
 from blockstab.simulation.presets import PRESETS
-from models.checkpoint import check_columns, load_potentials, save_potentials
+from models.checkpoint import chosen_columns, load_potentials, save_potentials
 from models.examples import ExampleMaker
 from tests.docs.pages import DOCS, PAGES, ROOT, blocks, commands, composed
 from tests.synthetic import BLOCKS, photograph, write_folder
-from tests.toy_potentials import toy_potentials
+from tests.toy_potentials import kinds_of, toy_potentials
 
 PAGE = DOCS / "commands.md"
 SECTIONS = dict(re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", PAGE.read_text(), re.MULTILINE | re.DOTALL))
@@ -151,12 +152,11 @@ def without_up(folder: Path) -> None:
 
 def twice(folder: Path) -> None:
     parser = Parser(LabelFile(), Stay(), toy_potentials())
-    parse_all([folder_job(folder), folder_job(folder)], parser, "", folder.parent / "out")
+    parse_all([folder_job(folder), folder_job(folder)], parser, folder.parent / "out")
 
 
 def saved(stem: Path) -> Path:
-    toy = toy_potentials()
-    save_potentials(stem, {"unary": toy.unary, "pairwise": toy.pairwise, "merge": toy.merge}, {})
+    save_potentials(stem, kinds_of(toy_potentials()), 0.1, {})
     return stem.with_suffix(".json")
 
 
@@ -167,7 +167,7 @@ def mixed(folder: Path) -> None:
 
 def unlabelled(folder: Path) -> None:
     (folder / "label.png").unlink()
-    ExampleMaker(Watershed())(read_scene(folder), torch.Generator())
+    ExampleMaker((Watershed(),), EVERY)(read_scene(folder), torch.Generator())
 
 
 REFUSALS: dict[str, Callable[[Path], object]] = {
@@ -190,7 +190,7 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     "Each scene needs a name of its own": twice,
     "may be a pickle, which can run code when read": lambda _: load_potentials("mine.ckpt"),
     "copy both files of one training run": mixed,
-    "train it anew with this version": lambda _: check_columns(toy_potentials().unary, ("volume",)),
+    "train it anew with this version": lambda _: chosen_columns(toy_potentials().unary, ("volume",)),
     "training needs the true segments": unlabelled,
 }
 

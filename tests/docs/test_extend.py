@@ -13,7 +13,7 @@ from hydra.errors import ConfigCompositionException
 from hydra.utils import instantiate
 from PIL import Image
 
-from blockstab.parser import Parser
+import evaluate
 from models.heads import HEADS
 from tests.block_scene import STACK, picture
 from tests.docs.pages import DOCS, blocks, commands, composed
@@ -72,25 +72,21 @@ def test_the_head_of_the_page_is_taken_by_training(mine):
     assert type(head(5)) in HEADS.values()
 
 
-def test_the_experiment_of_the_page_makes_its_parsers(mine):
-    config = composed(
-        "evaluate", ["experiment=climbing", "experiment.methods.Climb.parser.search.moves=20"], mine
-    )
-    made = {
-        name: instantiate(method.parser)(potentials=toy_potentials(), seed=0)
-        for name, method in config.experiment.methods.items()
-    }
-    assert {name: type(parser.search).__name__ for name, parser in made.items()} == {
+def test_the_experiment_of_the_page_makes_its_parsers(mine, monkeypatch):
+    monkeypatch.setattr(evaluate, "parsing_potentials", lambda _: toy_potentials())
+    changed = ["experiment=climbing", "experiment.methods.Climb.search.moves=20"]
+    methods = evaluate.methods_of(composed("evaluate", changed, mine))
+    assert {name: type(method.parser.search).__name__ for name, method in methods.items()} == {
         "Climb": "Climb",
         "R-Samp": "RSamp",
     }
-    assert all(type(parser) is Parser for parser in made.values())
-    assert made["Climb"].search.moves == 20
+    assert all(method.scores == ("overlap",) for method in methods.values())
+    assert methods["Climb"].parser.search.moves == 20
 
 
 def test_a_misspelt_key_stops_the_run(mine):
     with pytest.raises(ConfigCompositionException, match="movs"):
-        composed("evaluate", ["experiment=climbing", "experiment.methods.Climb.parser.search.movs=20"], mine)
+        composed("evaluate", ["experiment=climbing", "experiment.methods.Climb.search.movs=20"], mine)
 
 
 @pytest.mark.parametrize("program", ["train", "evaluate"])

@@ -25,7 +25,7 @@ from blockstab.segments.outlines import Outlines
 from blockstab.segments.segmentation import Pair, Segment
 from tests.features.atoms_scene import as_two, clutter, grouped, neighbours
 from tests.features.perceived import cluttered, perceived
-from tests.tolerance import EXACT
+from tests.tolerance import COMPANY, EXACT
 
 SEEDS = range(4)
 LENGTH = APPEARANCE_COLUMNS.index("relative_length")
@@ -47,8 +47,8 @@ def scene(seed: int, unlabelled: bool = False) -> tuple[Percept, Atoms, list[Pai
     return percept, atoms, neighbours(grouped(atoms, generator), atoms)
 
 
-def close(found: Tensor, expected: Tensor) -> None:
-    torch.testing.assert_close(found, expected, rtol=EXACT, atol=EXACT)
+def close(found: Tensor, expected: Tensor, tolerance: float = EXACT) -> None:
+    torch.testing.assert_close(found, expected, rtol=tolerance, atol=tolerance)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -85,16 +85,16 @@ def test_what_is_not_told_by_the_course_of_a_border_is_as_in_the_whole_image(see
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_pair_has_the_same_bits_in_whatever_company_it_is_asked_for(seed):
+def test_a_pair_is_the_same_within_1e_9_in_whatever_company_it_is_asked_for(seed):
     percept, atoms, pairs = scene(seed, unlabelled=True)
     together = Appearances(percept, atoms)(pairs)
-    assert torch.equal(Appearances(percept, atoms)(pairs[::-1]).flip(0), together)
+    close(Appearances(percept, atoms)(pairs[::-1]).flip(0), together, COMPANY)
     grown = Appearances(percept, atoms)
-    assert torch.equal(torch.cat([grown([pair]) for pair in pairs]), together)
-    assert torch.equal(torch.cat([Appearances(percept, atoms)([pair]) for pair in pairs]), together)
+    close(torch.cat([grown([pair]) for pair in pairs]), together, COMPANY)
+    close(torch.cat([Appearances(percept, atoms)([pair]) for pair in pairs]), together, COMPANY)
     halves = Appearances(percept, atoms)
     later, sooner = halves(pairs[5:]), halves(pairs[:5])
-    assert torch.equal(torch.cat([sooner, later]), together)
+    close(torch.cat([sooner, later]), together, COMPANY)
 
 
 def test_either_segment_may_come_first():

@@ -92,9 +92,9 @@ def _read_verdict(root: Path) -> None:
 
 def write_potentials(root: Path) -> None:
     """Small potentials, of both kinds of head."""
-    heads = {"unary": MLPHead(2, 3), "pairwise": LinearHead(2)}
+    heads = {"unary": MLPHead(2, 3), **dict.fromkeys(("pairwise", "alone", "background"), LinearHead(2))}
     potentials = {k: Potential(("a", "b"), h, torch.zeros(2), torch.ones(2)) for k, h in heads.items()}
-    save_potentials(root / "small", potentials, {"seed": 1})
+    save_potentials(root / "small", potentials, 0.5, {"seed": 1})
 
 
 def _read_potentials(root: Path) -> None:

@@ -103,11 +103,14 @@ def test_training_twice_gives_the_same_weights(tmp_path: Path) -> None:
     assert train_boundary(data, data.scenes(), {}, tmp_path / "two")[0] == one
 
 
-def test_a_scene_without_labels_is_named(tmp_path: Path) -> None:
-    class Bare(Pictures):
-        def read(self, scene: str) -> tuple[Frame, Truth]:
-            return dataclasses.replace(FRAMES[scene], label=None), Truth((1,), (), None, False)
+class Bare(Pictures):
+    """The same without labels."""
 
+    def read(self, scene: str) -> tuple[Frame, Truth]:
+        return dataclasses.replace(FRAMES[scene], label=None), Truth((1,), (), None, False)
+
+
+def test_a_scene_without_labels_is_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"has no label\.png"):
         boundary_rows("stack", Bare(), 0, tmp_path)
 

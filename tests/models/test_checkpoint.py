@@ -13,7 +13,8 @@ import safetensors.torch
 import torch
 
 from models import checkpoint
-from models.checkpoint import check_columns, load_potentials, save_potentials
+from models.checkpoint import chosen_columns, load_potentials, save_potentials
+from models.examples import KINDS
 from models.heads import Head, LinearHead, MLPHead, Potential, initialised
 from models.record import CheckpointError
 
@@ -25,11 +26,16 @@ def potential(head: Callable[[int], Head] = LinearHead, columns: tuple[str, ...]
     return Potential(columns, initialised(head, n, 0), torch.arange(n).double(), torch.ones(n), a=3.0, b=-1.0)
 
 
+def kinds(**others: Potential) -> dict[str, Potential]:
+    """A linear potential of every kind, but for `others`."""
+    return {kind: potential() for kind in KINDS} | others
+
+
 @pytest.fixture
 def saved(tmp_path: Path) -> Path:
     """The stem of a checkpoint on disk."""
     stem = tmp_path / "mine"
-    save_potentials(stem, {"unary": potential(MLPHead), "pairwise": potential()}, {"data": "toy"})
+    save_potentials(stem, kinds(unary=potential(MLPHead)), 0.5, {"data": "toy"})
     return stem
 
 
@@ -54,15 +60,15 @@ def edit_tensors(stem: Path, change: Callable[[dict[str, torch.Tensor]], Any]) -
 
 
 def test_everything_comes_back(tmp_path):
-    kept = {"unary": potential(MLPHead), "pairwise": potential(), "merge": potential(columns=("x", "y"))}
-    save_potentials(tmp_path / "new" / "v1.2", kept, {"seed": 7, "scores": {"f": 0.5}})
+    kept = kinds(unary=potential(MLPHead), alone=potential(columns=("x", "y")))
+    save_potentials(tmp_path / "new" / "v1.2", kept, 0.75, {"seed": 7, "scores": {"f": 0.5}})
     loaded = load_potentials(tmp_path / "new" / "v1.2")
     assert loaded.provenance == {"seed": 7, "scores": {"f": 0.5}}
     assert loaded.name == "v1.2"
     weights = (tmp_path / "new" / "v1.2.safetensors").read_bytes()
     assert loaded.sha256 == hashlib.sha256(weights).hexdigest()
-    assert loaded.merge is not None
-    assert loaded.merge.columns == ("x", "y")
+    assert loaded.weight == 0.75
+    assert loaded.alone.columns == ("x", "y")
     for kind, wanted in kept.items():
         state = getattr(loaded, kind).state_dict()
         assert all(torch.equal(state[key], value) for key, value in wanted.state_dict().items())
@@ -72,16 +78,14 @@ def test_everything_comes_back(tmp_path):
 
 def test_the_width_of_a_network_comes_back(tmp_path):
     wide = potential(lambda features: MLPHead(features, hidden=7))
-    save_potentials(tmp_path / "wide", {"unary": wide, "pairwise": wide}, {})
+    save_potentials(tmp_path / "wide", kinds(unary=wide, pairwise=wide), 0.0, {})
     assert load_potentials(tmp_path / "wide").unary.head.arguments == {"hidden": 7}
 
 
 @pytest.mark.parametrize("form", ["{}", "{}.json", "{}.safetensors"])
 @pytest.mark.parametrize("kind", [str, Path])
 def test_a_checkpoint_is_found_by_either_file_or_what_they_share(form, kind, saved):
-    loaded = load_potentials(kind(form.format(saved)))
-    assert loaded.name == "mine"
-    assert loaded.merge is None
+    assert load_potentials(kind(form.format(saved))).name == "mine"
 
 
 def test_a_bare_name_means_potentials_that_come_with_the_package(saved, monkeypatch, tmp_path):
@@ -93,9 +97,7 @@ def test_a_bare_name_means_potentials_that_come_with_the_package(saved, monkeypa
 
 
 def test_the_same_potentials_give_the_same_files(saved, tmp_path):
-    save_potentials(
-        tmp_path / "again", {"unary": potential(MLPHead), "pairwise": potential()}, {"data": "toy"}
-    )
+    save_potentials(tmp_path / "again", kinds(unary=potential(MLPHead)), 0.5, {"data": "toy"})
     for suffix in (".json", ".safetensors"):
         assert (tmp_path / f"again{suffix}").read_bytes() == saved.with_suffix(suffix).read_bytes()
 
@@ -111,14 +113,14 @@ def test_a_failed_write_leaves_the_old_checkpoint_whole(saved):
         pass
 
     with pytest.raises(ValueError, match=r"Unknown has no name .* models\.heads\.HEADS"):
-        save_potentials(saved, {"unary": potential(Unknown), "pairwise": potential()}, {})
+        save_potentials(saved, kinds(unary=potential(Unknown)), 0.5, {})
     assert load_potentials(saved).provenance == {"data": "toy"}
 
 
-@pytest.mark.parametrize("kinds", [("unary",), ("unary", "pairwise", "fourth")])
-def test_kinds_missing_or_unknown_are_not_saved(kinds, tmp_path):
+@pytest.mark.parametrize("names", [("unary",), KINDS[:3], (*KINDS, "fifth"), (*KINDS[:3], "merge")])
+def test_kinds_missing_or_unknown_are_not_saved(names, tmp_path):
     with pytest.raises(ValueError, match="the potentials must hold"):
-        save_potentials(tmp_path / "odd", {kind: potential() for kind in kinds}, {})
+        save_potentials(tmp_path / "odd", {kind: potential() for kind in names}, 0.0, {})
     assert list(tmp_path.iterdir()) == []
 
 
@@ -151,7 +153,7 @@ def test_an_oversized_file_is_refused_unread(suffix, saved):
 
 def test_files_of_two_runs_are_not_mixed(saved):
     other = saved.with_name("other")
-    save_potentials(other, {"unary": potential(), "pairwise": potential()}, {})
+    save_potentials(other, kinds(), 0.5, {})
     other.with_suffix(".safetensors").replace(saved.with_suffix(".safetensors"))
     with pytest.raises(CheckpointError, match=r"mine\.safetensors is not the file that mine\.json describes"):
         load_potentials(saved)
@@ -159,7 +161,7 @@ def test_files_of_two_runs_are_not_mixed(saved):
 
 @pytest.mark.parametrize(
     "text",
-    ["", "{", "[]", "null", "3", "\x00\xff", "[" * 100_000, '{"format": 1}', '{"format": 1, "sha256": NaN}'],
+    ["", "{", "[]", "null", "3", "\x00\xff", "[" * 100_000, '{"format": 2}', '{"format": 2, "sha256": NaN}'],
 )
 def test_a_malformed_record_is_refused(text, saved):
     saved.with_suffix(".json").write_text(text)
@@ -170,20 +172,30 @@ def test_a_malformed_record_is_refused(text, saved):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda r: r.update(format=2), "format 2, but this version reads 1"),
+        (lambda r: r.update(format=1), "format 1, but this version reads 2"),
         (lambda r: r.update(more=1), r"\['more'\] are unknown"),
         (lambda r: r.pop("provenance"), r"\['provenance'\] are missing"),
         (lambda r: r.update(provenance=[]), "provenance must be an object"),
+        (lambda r: r.pop("weight"), r"\['weight'\] are missing"),
+        (lambda r: r.update(weight=-0.1), "weight must be a number of 0 or more, but is -0.1"),
+        (lambda r: r.update(weight=float("nan")), "weight must be a number of 0 or more, but is nan"),
+        (lambda r: r.update(weight=float("inf")), "weight must be a number of 0 or more, but is inf"),
+        (lambda r: r.update(weight=True), "weight must be a number of 0 or more, but is True"),
+        (lambda r: r.update(weight="0.5"), "weight must be a number of 0 or more, but is '0.5'"),
         (lambda r: r.update(sha256="0" * 64), "its SHA-256 is"),
         (lambda r: r.update(sha256=7), "sha256 must be 64 hexadecimal digits, but is 7"),
         (lambda r: r.update(sha256="two\nlines"), "sha256 must be 64 hexadecimal digits, but is 'two"),
-        (lambda r: r.update(format="x" * 10**5), "format 'xxx.*, but this version reads 1"),
+        (lambda r: r.update(format="x" * 10**5), "format 'xxx.*, but this version reads 2"),
         (lambda r: r.update({"x" * 10**5: 1}), "are unknown"),
         (lambda r: r["potentials"].pop("pairwise"), r"\['pairwise'\] are missing"),
-        (lambda r: r["potentials"].update(third={}), r"\['third'\] are unknown"),
+        (lambda r: r["potentials"].pop("alone"), r"\['alone'\] are missing"),
+        (lambda r: r["potentials"].update(merge={}), r"\['merge'\] are unknown"),
         (lambda r: r["potentials"].update(unary=[]), r"unary must be an object"),
-        (lambda r: r["potentials"]["unary"].update(head="torch.nn.Linear"), "must be one of linear, mlp"),
-        (lambda r: r["potentials"]["unary"].update(head=["mlp"]), "must be one of linear, mlp"),
+        (
+            lambda r: r["potentials"]["unary"].update(head="torch.nn.Linear"),
+            "must be one of linear, mlp, trees",
+        ),
+        (lambda r: r["potentials"]["unary"].update(head=["mlp"]), "must be one of linear, mlp, trees"),
         (lambda r: r["potentials"]["unary"].update(_target_="os.system"), r"\['_target_'\] are unknown"),
         (lambda r: r["potentials"]["unary"].update(columns="volume"), "columns must be a list of names"),
         (lambda r: r["potentials"]["unary"].update(columns=[]), "columns must be a list of names"),
@@ -273,16 +285,14 @@ def test_weights_cut_short_or_damaged_anywhere_are_refused(saved, generator):
             load_potentials(saved)
 
 
-@pytest.mark.parametrize(
-    ("expected", "message"),
-    [
-        (("volume", "lean", "density"), "Column 1 of the potential is 'tilt', but of the features 'lean'"),
-        (("tilt", "volume", "density"), "Column 0"),
-        (("volume", "tilt"), "3 columns, but the features 2"),
-        ((*COLUMNS, "colour"), "3 columns, but the features 4"),
-    ],
-)
-def test_features_other_than_those_trained_on_are_refused(expected, message):
-    check_columns(potential(), COLUMNS)
-    with pytest.raises(CheckpointError, match=message):
-        check_columns(potential(), expected)
+def test_columns_are_found_by_name_wherever_they_stand():
+    computed = ("colour", "density", "height", "tilt", "volume")
+    assert chosen_columns(potential(), computed).tolist() == [4, 3, 1]
+
+
+@pytest.mark.parametrize("computed", [("volume", "density"), ("volume", "lean", "density"), ()])
+def test_a_column_that_is_not_computed_is_named_in_one_line(computed):
+    missing = next(name for name in COLUMNS if name not in computed)
+    with pytest.raises(CheckpointError, match=f"needs the column '{missing}'") as caught:
+        chosen_columns(potential(), computed)
+    assert "\n" not in str(caught.value)

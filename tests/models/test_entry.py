@@ -1,10 +1,12 @@
 import pytest
-import torch
 from hydra.errors import InstantiationException
 from hydra.utils import instantiate
 
 from blockstab.datasets.sets import FolderScenes
+from blockstab.proposals.files import LabelFile
+from blockstab.search.moves.every import EVERY
 from models.entry import one_line_errors
+from models.examples import ExampleMaker
 from models.gathering import examples_of
 from tests.synthetic import BLOCKS, photograph, write_folder
 
@@ -34,10 +36,5 @@ def test_a_defect_of_our_own_keeps_its_traceback():
 def test_a_scene_without_labels_is_named_and_not_missed_as_a_file(tmp_path):
     folder = write_folder(photograph(*BLOCKS).frame, tmp_path / "scene")
     (folder / "label.png").unlink()
-
-    def maker(frame, generator: torch.Generator):
-        assert frame.label is None
-        raise ValueError(f"{frame.name} has no label.png")
-
     with pytest.raises(ValueError, match=r"scene has no label\.png"):
-        examples_of("scene", FolderScenes(tmp_path), maker, 0, tmp_path)
+        examples_of("scene", FolderScenes(tmp_path), ExampleMaker((LabelFile(),), EVERY), 0, tmp_path)

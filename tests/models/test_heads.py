@@ -10,18 +10,27 @@ import pytest
 import torch
 
 from models.checkpoint import load_potentials, save_potentials
-from models.heads import CLIP, HEADS, Potential, initialised
+from models.examples import KINDS
+from models.heads import CLIP, HEADS, Potential, TreesHead, initialised
 
 COLUMNS = ("volume", "tilt", "density")
 
 
 def potential(name: str, seed: int = 0) -> Potential:
     head = initialised(HEADS[name], len(COLUMNS), seed)
+    head = head.grown(*rows(), 1.0, seed) or head
     return Potential(
         COLUMNS, head, torch.tensor([1.0, 2.0, 3.0]), torch.tensor([1.0, 0.5, 2.0]), a=4.0, b=-2.0
     )
 
 
+def rows(count: int = 300) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    """Standardised features, a target that no linear rule of them gives, and weights."""
+    features = torch.randn(count, 3, generator=torch.Generator().manual_seed(3), dtype=torch.float64)
+    return features, (features[:, 0] * features[:, 1] > 0).double(), torch.ones(count, dtype=torch.float64)
+
+
+following_a_gradient = pytest.mark.parametrize("name", sorted(set(HEADS) - {"trees"}))
 every_head = pytest.mark.parametrize("name", sorted(HEADS))
 
 
@@ -36,7 +45,7 @@ def test_a_head_gives_one_double_per_row(name, rows, dtype, generator):
     assert potential(name).badness(features).shape == (rows,)
 
 
-@every_head
+@following_a_gradient
 def test_gradients_reach_the_features_and_every_parameter(name, generator):
     fitted = potential(name)
     features = torch.randn(50, 3, generator=generator, dtype=torch.float64, requires_grad=True)
@@ -45,7 +54,7 @@ def test_gradients_reach_the_features_and_every_parameter(name, generator):
     assert all(p.grad is not None and bool((p.grad != 0).any()) for p in fitted.head.parameters())
 
 
-@every_head
+@following_a_gradient
 def test_the_first_parameters_follow_from_the_seed_alone(name):
     torch.manual_seed(1)
     before = torch.get_rng_state()
@@ -62,8 +71,8 @@ def test_the_first_parameters_follow_from_the_seed_alone(name):
 
 @every_head
 def test_saving_and_loading_keeps_every_bit(name, generator, tmp_path):
-    kept = {"unary": potential(name), "pairwise": potential(name, seed=1)}
-    save_potentials(tmp_path / "mine", kept, {})
+    kept = {kind: potential(name, seed) for seed, kind in enumerate(KINDS)}
+    save_potentials(tmp_path / "mine", kept, 0.25, {})
     loaded = load_potentials(tmp_path / "mine.json")
     features = torch.randn(40, 3, generator=generator, dtype=torch.float64)
     for kind, saved in kept.items():
@@ -71,6 +80,8 @@ def test_saving_and_loading_keeps_every_bit(name, generator, tmp_path):
         assert torch.equal(read(features), saved(features))
         assert torch.equal(read.badness(features), saved.badness(features))
         assert read.columns == COLUMNS
+        assert type(read.head) is HEADS[name]
+    assert loaded.weight == 0.25
 
 
 @every_head
@@ -88,6 +99,31 @@ def test_the_linear_head_is_the_weighted_sum_of_clipped_standard_scores():
     # Two deviations above, one below, and a thousand above, which counts as `CLIP`.
     row = torch.tensor([[3.0, 1.5, 2003.0]])
     assert fitted(row).item() == pytest.approx(2.0 - 10.0 + 100.0 * CLIP + 0.25, abs=1e-12)
+
+
+def test_trees_learn_what_no_linear_rule_can_and_the_same_trees_from_the_same_seed():
+    features, target, weight = rows(1000)
+    trees = TreesHead(3, trees=40, leaves=6)
+    grown, again, other = (trees.grown(features, target, weight, 1.0, seed) for seed in (0, 0, 1))
+    assert float(((grown(features) - target).abs() < 0.5).double().mean()) > 0.95
+    assert torch.equal(grown.text, again.text)
+    assert not torch.equal(grown.text, other.text)
+    assert grown.arguments == {"trees": 40, "leaves": 6, "length": len(grown.text)}
+
+
+def test_rows_of_greater_weight_pull_the_trees_and_a_smaller_c_holds_them_back():
+    features, target, weight = rows()
+    trees = TreesHead(3, trees=20, leaves=4)
+    bad = trees.grown(features, target, torch.where(target > 0.5, 9.0, 1.0).double(), 1.0, 0)
+    even, held = (trees.grown(features, target, weight, c, 0) for c in (1.0, 1e-6))
+    assert float(bad(features).mean()) > float(even(features).mean()) + 0.1
+    assert float(held(features).std()) < 0.01 * float(even(features).std())
+
+
+def test_trees_that_have_not_grown_find_everything_good_and_ask_for_no_gradient():
+    assert TreesHead(3)(torch.randn(5, 3)).tolist() == [0.0] * 5
+    features = torch.randn(5, 3, dtype=torch.float64, requires_grad=True)
+    assert not potential("trees")(features).requires_grad
 
 
 def test_badness_rises_with_the_potential(generator):

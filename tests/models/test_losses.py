@@ -47,7 +47,13 @@ def test_good_and_bad_rows_weigh_the_same():
     assert float(weight.mean()) == pytest.approx(1, abs=EXACT)
 
 
-@pytest.mark.parametrize("target", [[], [1.0, 1.0], [0.0, 0.0], [0.0, 0.4, 1.0], [-1.0, 1.0]])
-def test_targets_other_than_both_zero_and_one_are_refused(target):
-    with pytest.raises(ValueError, match=r"must be 0 \(good\) and 1 \(bad\)"):
+def test_what_is_good_enough_counts_as_good_and_half_bad_as_bad():
+    target = torch.tensor([0.0, 0.1, 0.4, 0.9], dtype=torch.float64)
+    assert balanced_weights(target, good=0.1).tolist() == [1.0] * 4
+    assert balanced_weights(target, good=0.0).tolist() == pytest.approx([2.0, *[2 / 3] * 3])
+
+
+@pytest.mark.parametrize("target", [[], [1.0, 1.0], [0.0, 0.0], [0.0, 0.4, 1.1], [-1.0, 1.0]])
+def test_targets_beyond_good_and_bad_or_of_one_kind_are_refused(target):
+    with pytest.raises(ValueError, match=r"between 0 \(good\) and 1 \(bad\), and both kinds occur"):
         balanced_weights(torch.tensor(target))

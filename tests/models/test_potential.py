@@ -151,7 +151,7 @@ def test_rows_of_one_image_never_sit_on_both_sides_of_a_fold(generator):
     names = torch.nn.functional.one_hot(groups).double()
     target = (torch.rand(20, generator=generator) > 0.5).double()[groups]
     columns = [f"image {i}" for i in range(20)]
-    chosen = choose_c(names, target, groups, columns, LinearHead, grid=(10.0,))
+    chosen = choose_c(names, target, groups, columns, LinearHead, grid=(1.0, 10.0))
     assert chosen.held_out_loss[10.0] > 0.1
 
 
@@ -161,7 +161,7 @@ def test_rows_of_one_image_never_sit_on_both_sides_of_a_fold(generator):
         ({"columns": ("volume",)}, r"features \(N, 1\)"),
         ({"groups": torch.arange(5)}, r"\(60, 4\), \(60,\) and \(5,\)"),
         ({"features": torch.full((60, 4), torch.nan)}, "volume of row 0 is nan"),
-        ({"target": torch.zeros(60)}, "both occur"),
+        ({"target": torch.zeros(60)}, "both kinds occur"),
         ({"folds": 11}, "2 to 10 folds, but folds is 11"),
         ({"folds": 1}, "folds is 1"),
     ],

@@ -106,6 +106,9 @@ def test_training_twice_gives_the_same_stages_and_from_the_cache_nothing_is_read
     assert one.read_count == len(SHORT) * len(one.scenes())
     assert trainer(again, again.scenes(), {"by": "me"}, tmp_path / "one") == made
     assert again.read_count == 0
+    anew = Pictures()
+    assert trainer(anew, anew.scenes(), {"by": "me"}, tmp_path / "one", overwrite=True) == made
+    assert anew.read_count == one.read_count
     assert trainer(elsewhere, elsewhere.scenes(), {"by": "me"}, tmp_path / "two", jobs=1) == made
 
 
@@ -148,10 +151,13 @@ def test_borders_of_one_kind_teach_nothing() -> None:
         boosted(rows, torch.ones(50, dtype=torch.bool), SHORT[0], seed=0)
 
 
-def test_a_scene_without_labels_is_named(tmp_path: Path) -> None:
-    class Bare(Pictures):
-        def read(self, scene: str) -> tuple[Frame, Truth]:
-            return dataclasses.replace(photo(scene), label=None), Truth((1,), (), None, False)
+class Bare(Pictures):
+    """The same without labels."""
 
+    def read(self, scene: str) -> tuple[Frame, Truth]:
+        return dataclasses.replace(photo(scene), label=None), Truth((1,), (), None, False)
+
+
+def test_a_scene_without_labels_is_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"has no label\.png"):
         StageTrainer(plan=SHORT).rows("stack", Bare(), (), tmp_path)

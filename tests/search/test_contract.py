@@ -2,90 +2,122 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
-from itertools import chain
+from itertools import chain, pairwise
 
 import pytest
 import torch
 
-from blockstab.energy import NEUTRAL
 from blockstab.proposals.watershed import Watershed
-from blockstab.search import Found, Search
+from blockstab.search import Found, Search, rank
+from blockstab.search.best_cut import BestCut
 from blockstab.search.greedy import Greedy
+from blockstab.search.moves.every import EVERY
+from blockstab.search.moves.merge import Merge
+from blockstab.search.moves.split import Split
 from blockstab.search.rsamp import RSamp
 from blockstab.search.stay import Stay
+from blockstab.search.truth import Truth
 from tests.search.watched import Watched, blocks_view, seeded, watched
 from tests.synthetic import over_split, photograph, view_of
+from tests.tolerance import COMPANY
 from tests.worlds import Block
 
-SEARCHES = [Stay(), Greedy(), RSamp(rounds=3), RSamp(rounds=3, first=Stay())]
-everyone = pytest.mark.parametrize("search", SEARCHES, ids=["stay", "greedy", "rsamp", "rsamp-alone"])
+PAPER = RSamp((Split(), Merge()), 5, 5, 3, 5, (Greedy(),))
+SEARCHES: dict[str, Search] = {
+    "stay": Stay(),
+    "greedy": Greedy(),
+    "best cut": BestCut(),
+    "truth": Truth(),
+    "rsamp": RSamp(rounds=2),
+    "rsamp of the paper": PAPER,
+    "rsamp alone": replace(PAPER, first=(Stay(),)),
+}
+everyone = pytest.mark.parametrize("name", SEARCHES)
+# The others end at what they are made for, whatever its energy.
+lowering = pytest.mark.parametrize("name", [name for name in SEARCHES if name not in ("best cut", "truth")])
+# It has moves that may touch background.
+keeping_background = pytest.mark.parametrize("name", [name for name in SEARCHES if name != "rsamp"])
 
 
-def outcome(search: Search, seed: int = 0) -> tuple[Found, Watched]:
+def outcome(name: str, seed: int = 0) -> tuple[Found, Watched]:
     """Search on the blocks, from a start with every block in two pieces."""
     account = watched(blocks_view())
-    return search(over_split(blocks_view()), account.problem, seeded(seed)), account
+    return SEARCHES[name](over_split(blocks_view()), account.problem, seeded(seed)), account
 
 
 known = cache(outcome)  # for the tests that only look at it
 
 
 @everyone
-def test_the_result_divides_the_same_atoms(search):
-    segments = known(search)[0].best.scene.segmentation.segments
+def test_the_result_divides_the_same_atoms(name):
+    segments = known(name)[0].best.scene.segmentation.segments
     assert sorted(chain(*segments)) == list(range(len(blocks_view().atoms)))
     assert all(segments)
 
 
-@everyone
-def test_background_is_neither_split_nor_joined_with_an_object(search):
+@keeping_background
+def test_background_is_neither_split_nor_joined_with_an_object(name):
     table = blocks_view().start.segments[0]
-    found, account = known(search)
+    found, account = known(name)
     assert found.best.scene.background.tolist() == [True] + [False] * (len(found.best.scene) - 1)
     for segmentation in chain(*account.interpreted):
         assert segmentation.segments[0] == table
 
 
 @everyone
-def test_the_same_seed_finds_the_same(search):
-    (one, _), (two, _) = known(search), outcome(search)
+def test_the_same_seed_finds_the_same(name):
+    (one, _), (two, _) = known(name), outcome(name)
     assert one.best.scene.segmentation == two.best.scene.segmentation
-    assert one.best.energy == two.best.energy
+    assert torch.equal(one.best.energy, two.best.energy)
     assert one.trace == two.trace
+    assert one.bests == two.bests
 
 
 @everyone
-def test_a_search_draws_from_its_generator_alone(search):
+def test_a_search_draws_from_its_generator_alone(name):
     problem, start = watched(blocks_view()).problem, over_split(blocks_view())
     before = torch.get_rng_state()
-    search(start, problem, seeded(0))
+    SEARCHES[name](start, problem, seeded(0))
     assert torch.equal(torch.get_rng_state(), before)
 
 
 @everyone
-def test_the_energy_is_that_of_the_result(search):
-    found, _ = known(search)
-    problem = watched(blocks_view()).problem
-    (rating,) = problem.energy(problem.interpret([found.best.scene.segmentation]))
-    assert found.best.energy == rating.energy == found.trace[-1]
+def test_the_trace_is_the_energy_of_the_best_after_each_step_and_ends_at_the_result(name):
+    found, _ = known(name)
+    ratings = watched(blocks_view()).problem.rate(found.bests)
+    assert found.trace == pytest.approx([float(rating.energy) for rating in ratings], abs=COMPANY)
+    assert found.bests[-1] == found.best.scene.segmentation
+    assert found.trace[-1] == rank(found.best)
+
+
+@lowering
+def test_the_energy_never_rises_from_one_step_to_the_next(name):
+    found, _ = known(name)
+    assert all(after <= before for before, after in pairwise(found.trace))
+
+
+@lowering
+def test_the_result_is_no_worse_than_the_start(name):
+    found, _ = known(name)
+    assert found.trace[-1] <= known("stay")[0].trace[0]
 
 
 @everyone
-def test_the_result_is_no_worse_than_the_start(search):
-    found, _ = known(search)
-    assert found.best.energy <= found.trace[0] == known(Stay())[0].best.energy
-
-
-@everyone
-def test_where_nothing_can_move_the_start_is_the_result(search):
+def test_where_nothing_can_move_the_start_is_the_result(name):
     view = view_of(photograph(Block(0, 0, 0.01, 0.01, d=0.01)), Watershed(least_px=1000))
-    found = search(view.start, watched(view).problem, seeded(0))
     assert len(view.start) == 1  # the table alone
+    found = SEARCHES[name](view.start, watched(view).problem, seeded(0))
     assert found.best.scene.segmentation == view.start
-    assert found.best.energy == 2 * NEUTRAL
+    assert found.best.scene.background.tolist() == [True]
 
 
 def test_different_seeds_take_different_ways():
-    tried = [outcome(RSamp(rounds=1, first=Stay()), seed)[1].interpreted[1] for seed in range(3)]
+    tried = [outcome("rsamp alone", seed)[1].interpreted[1] for seed in range(3)]
     assert len({frozenset(segmentations) for segmentations in tried}) == 3
+
+
+def test_every_kind_of_move_is_tried_unless_a_search_is_told_otherwise():
+    assert RSamp().moves == EVERY
+    assert len({type(move) for move in EVERY}) == len(EVERY) == 8

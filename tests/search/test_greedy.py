@@ -1,75 +1,82 @@
-"""Greedy merging: what it judges, in which order it merges, and when it stops."""
+"""Greedy merging: it takes what lowers the energy most, and ends where nothing does."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
 import torch
 
-from blockstab.features.merging import MERGE_COLUMNS, merge_features
+from blockstab.energy import Rating
+from blockstab.energy.overlap import expected_overlap
+from blockstab.energy.paper import paper_energy
+from blockstab.energy.truth import true_overlap
 from blockstab.features.pairwise import pairs_of
-from blockstab.features.unary import unary_features
-from blockstab.search.greedy import Greedy, merge_rows
+from blockstab.search import rank
+from blockstab.search.greedy import Greedy
+from blockstab.search.problem import Problem
+from blockstab.segments.segmentation import Segmentation
 from tests.search.watched import blocks_view, seeded, watched
-from tests.synthetic import over_split
+from tests.synthetic import over_split, variants
+
+energies = pytest.mark.parametrize("energy", [expected_overlap, true_overlap, paper_energy])
 
 
+def merges(segmentation: Segmentation, problem: Problem) -> list[Segmentation]:
+    """The segmentation after each merge of two neighbouring objects."""
+    (rating,) = problem.rate([segmentation])
+    place = segmentation.segments.index
+    return [segmentation.merge(place(one), place(other)) for one, other in pairs_of(rating.scene)]
+
+
+@energies
+@pytest.mark.parametrize("start", variants(blocks_view(), 8)[1:], ids=lambda start: f"{len(start)} segments")
+def test_merging_lowers_the_energy_at_every_step_and_ends_where_no_merge_does(energy, start):
+    problem = watched(blocks_view(), energy).problem
+    found = Greedy()(start, problem, seeded(0))
+    assert list(found.trace) == sorted(set(found.trace), reverse=True)
+    after = [rank(rating) for rating in problem.rate(merges(found.best.scene.segmentation, problem))]
+    assert all(found.trace[-1] <= energy for energy in after)
+
+
+@pytest.mark.parametrize("energy", [expected_overlap, true_overlap])
 @pytest.mark.parametrize("rounds", [1, 2])
-def test_pieces_of_blocks_become_blocks_again(rounds):
-    found = Greedy()(over_split(blocks_view(), rounds), watched(blocks_view()).problem, seeded(0))
-    assert found.best.scene.segmentation == blocks_view().start
+def test_pieces_of_blocks_become_blocks_again(rounds, energy):
+    found = Greedy()(over_split(blocks_view(), rounds), watched(blocks_view(), energy).problem, seeded(0))
+    assert found.best.scene.segmentation.segments == blocks_view().start.segments
 
 
-def test_merging_goes_on_until_no_pair_is_below_the_threshold():
-    start, account = over_split(blocks_view()), watched(blocks_view())
-    assert len(Greedy(threshold=-10.0)(start, account.problem, seeded(0)).best.scene) == len(start)
-    everything = Greedy(threshold=10.0)(start, account.problem, seeded(0)).best.scene
-    assert pairs_of(everything) == []
-    assert len(everything) < len(blocks_view().start)
-
-
-def test_the_pair_that_most_looks_like_one_object_goes_first():
+def test_the_pair_whose_merge_lowers_the_energy_most_goes_first():
     account, start = watched(blocks_view()), over_split(blocks_view())
-    (scene,) = account.problem.interpret([start])
-    pairs = pairs_of(scene)
-    appearance = account.problem.energy.appearance
-    badness = account.problem.merge(merge_rows(scene, pairs, account.problem.interpret, appearance))
-    first, second = pairs[int(badness.argmin())]
+    tried = merges(start, account.problem)
+    best = min(account.problem.rate(tried), key=rank)
     account.interpreted.clear()
-    Greedy()(start, account.problem, seeded(0))
-    _, tried, (after_first,), *_ = account.interpreted
-    assert len(tried) == len(pairs)
-    assert first | second in after_first.segments
-    assert len(after_first) == len(start) - 1
+    found = Greedy()(start, account.problem, seeded(0))
+    assert found.bests[:2] == (start, best.scene.segmentation)
+    assert account.interpreted[1] == tried  # all of them in one batch
 
 
 def test_a_pair_is_judged_again_only_where_its_surroundings_changed():
     account, start = watched(blocks_view()), over_split(blocks_view(), 2)
     Greedy()(start, account.problem, seeded(0))
-    _, _, (after_first,), *_ = account.interpreted
-    before, after = account.problem.interpret([start, after_first])
-    assert account.judged[0] == len(pairs_of(before))
-    assert account.judged[1] < len(pairs_of(after))
+    _, first, _, second, *_ = account.interpreted
+    assert len(first) == len(merges(start, account.problem))
+    assert 0 < len(second) < len(first) - 1
 
 
-def test_every_merge_is_understood_in_the_whole_scene():
-    account, start = watched(blocks_view()), over_split(blocks_view())
-    (scene,) = account.problem.interpret([start])
-    pairs = pairs_of(scene)
-    appearance = account.problem.energy.appearance
-    rows = merge_rows(scene, pairs, account.problem.interpret, appearance)
-    assert rows.shape == (len(pairs), len(MERGE_COLUMNS))
-    assert len(account.interpreted[-1]) == len(pairs)  # all of them in one batch
-    first, second = pairs[1]
-    a, b = start.segments.index(first), start.segments.index(second)
-    (after,) = account.problem.interpret([start.merge(a, b)])
-    merged = unary_features(after)[after.segmentation.segments.index(first | second)]
-    larger, smaller = torch.tensor([a]), torch.tensor([b])
-    expected = merge_features(
-        unary_features(scene), larger, smaller, merged[None], appearance([(first, second)])
-    )
-    assert torch.equal(rows[1:2], expected)
+def test_an_energy_that_finds_every_merge_worse_leaves_the_start_and_one_that_finds_it_better_one_object():
+    def counting(sign: float, problem: Problem) -> Problem:
+        def energy(scenes: Sequence[object]) -> list[Rating]:
+            return [replace(r, energy=torch.tensor(sign * len(r.scene))) for r in problem.energy(scenes)]
+
+        return replace(problem, energy=energy)
+
+    start, problem = over_split(blocks_view()), watched(blocks_view()).problem
+    assert Greedy()(start, counting(-1.0, problem), seeded(0)).bests == (start,)
+    everything = Greedy()(start, counting(1.0, problem), seeded(0)).best.scene
+    assert pairs_of(everything) == []
+    assert len(everything) < len(blocks_view().start)
 
 
 def test_the_larger_segment_of_a_pair_comes_first():

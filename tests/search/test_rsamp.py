@@ -2,29 +2,56 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import chain, pairwise
 
+from hydra.utils import instantiate
+
+from blockstab.energy.truth import true_overlap
+from blockstab.search import rank
 from blockstab.search.greedy import Greedy
+from blockstab.search.moves.merge import Merge
+from blockstab.search.moves.split import Split
 from blockstab.search.rsamp import RSamp
 from blockstab.search.stay import Stay
+from tests.docs.pages import composed
 from tests.search.watched import blocks_view, seeded, watched
 from tests.synthetic import over_split
 
-FROM_START = RSamp(first=Stay())
+PAPER = RSamp((Split(), Merge()), moves_per_kind=5, pool_size=5, rounds=15, patience=5, first=(Greedy(),))
+FROM_START = replace(PAPER, first=(Stay(),))
 
 
-def test_the_constants_are_those_of_the_paper():
-    assert (RSamp().moves_per_kind, RSamp().pool_size, RSamp().rounds) == (5, 5, 15)
+def configured(name: str) -> RSamp:
+    """The search of a configuration; lists in it are tuples in the class."""
+    search = instantiate(composed("evaluate", [f"search={name}"]).search)
+    return replace(search, moves=tuple(search.moves), first=tuple(search.first))
 
 
-def test_it_starts_where_greedy_merging_ends():
+def test_the_search_of_the_paper_is_its_two_moves_with_its_constants_from_where_greedy_merging_ends():
+    assert configured("paper") == PAPER
+
+
+def test_the_configuration_of_the_default_search_says_what_the_class_does():
+    assert configured("rsamp") == RSamp()
+
+
+def test_it_starts_where_the_searches_that_go_first_end():
     view = blocks_view()
     start = over_split(view)
     first = Greedy()(start, watched(view).problem, seeded(0))
-    found = RSamp(rounds=2)(start, watched(view).problem, seeded(0))
-    assert RSamp().first == Greedy()
-    assert found.trace[: len(first.trace)] == first.trace
-    assert found.best.energy <= first.best.energy
+    found = replace(PAPER, rounds=2)(start, watched(view).problem, seeded(0))
+    assert found.bests[0] == first.bests[-1]
+    assert found.trace[0] == first.trace[-1] >= rank(found.best)
+
+
+def test_the_best_of_several_first_searches_is_the_first_best():
+    start = over_split(blocks_view())
+    problem = watched(blocks_view()).problem
+    stay, greedy = (rank(search(start, problem, seeded(0)).best) for search in (Stay(), Greedy()))
+    found = RSamp(rounds=0, first=(Stay(), Greedy()))(start, problem, seeded(0))
+    assert greedy < stay
+    assert found.trace == (greedy,)
 
 
 def test_the_lowest_energy_never_rises():
@@ -33,9 +60,16 @@ def test_the_lowest_energy_never_rises():
     assert found.trace[-1] < found.trace[0]
 
 
+def test_with_the_truth_as_energy_it_finds_the_truth():
+    problem = watched(blocks_view(), true_overlap).problem
+    found = RSamp()(over_split(blocks_view()), problem, seeded(0))
+    assert found.best.scene.segmentation.segments == blocks_view().start.segments
+    assert found.trace[-1] == 0.0
+
+
 def test_a_first_round_tries_at_most_5_splits_and_5_merges_and_later_ones_from_5_particles():
     account = watched(blocks_view())
-    RSamp(rounds=3, first=Stay())(over_split(blocks_view()), account.problem, seeded(0))
+    replace(FROM_START, rounds=3)(over_split(blocks_view(), 2), account.problem, seeded(0))
     start, first, *later = [len(call) for call in account.interpreted]
     assert start == 1
     assert first <= 10
@@ -49,10 +83,10 @@ def test_no_segmentation_is_understood_twice():
     assert len(everything) == len(set(everything))
 
 
-def test_every_move_changes_one_segment_or_one_pair():
+def test_every_move_of_the_paper_changes_one_segment_or_one_pair():
     account = watched(blocks_view())
     start = over_split(blocks_view())
-    RSamp(rounds=1, first=Stay())(start, account.problem, seeded(0))
+    replace(FROM_START, rounds=1)(start, account.problem, seeded(0))
     for proposed in account.interpreted[1]:
         gone, new = set(start.segments) - set(proposed.segments), set(proposed.segments) - set(start.segments)
         assert sorted([len(gone), len(new)]) == [1, 2]
@@ -70,31 +104,37 @@ def test_boxes_are_fitted_once_and_those_of_a_round_in_one_batch():
 
 def test_a_move_costs_one_or_two_new_boxes():
     account = watched(blocks_view())
-    RSamp(rounds=4, first=Stay())(over_split(blocks_view()), account.problem, seeded(0))
+    replace(FROM_START, rounds=4)(over_split(blocks_view()), account.problem, seeded(0))
     for call, fitted in zip(account.interpreted[1:], account.fitter.free[1:], strict=True):
         assert fitted <= 2 * len(call)
 
 
 def test_it_stops_when_the_best_has_not_changed_for_the_rounds_of_its_patience():
     # The truth is the best there is, so every round is in vain.
-    found = RSamp(patience=2, first=Stay())(blocks_view().start, watched(blocks_view()).problem, seeded(0))
-    assert found.trace == (found.best.energy,) * 3
+    problem = watched(blocks_view(), true_overlap).problem
+    found = replace(FROM_START, patience=2)(blocks_view().start, problem, seeded(0))
+    assert found.trace == (0.0,) * 3
     assert found.best.scene.segmentation == blocks_view().start
 
 
 def test_without_rounds_the_result_is_the_first_particle():
-    found = RSamp(rounds=0, first=Stay())(
-        over_split(blocks_view()), watched(blocks_view()).problem, seeded(0)
-    )
-    assert found.best.scene.segmentation == over_split(blocks_view())
+    start = over_split(blocks_view())
+    found = replace(FROM_START, rounds=0)(start, watched(blocks_view()).problem, seeded(0))
+    assert found.best.scene.segmentation == start
 
 
-def test_a_search_of_the_users_own_can_go_first():
+def test_a_search_and_a_move_of_the_users_own_can_take_part():
     class Nowhere:
         def __call__(self, start, problem, generator):
-            return Stay()(blocks_view().start, problem, generator)
+            return Stay()(over_split(blocks_view()), problem, generator)
 
-    found = RSamp(rounds=0, first=Nowhere())(
-        over_split(blocks_view()), watched(blocks_view()).problem, seeded(0)
+    class Home:
+        def __call__(self, rating, problem, count, generator):
+            return [blocks_view().start]
+
+    problem = watched(blocks_view(), true_overlap).problem
+    search = RSamp((Home(),), rounds=1, first=(Nowhere(),))
+    assert search(blocks_view().start, problem, seeded(0)).bests == (
+        over_split(blocks_view()),
+        blocks_view().start,
     )
-    assert found.best.scene.segmentation == blocks_view().start

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
+from typing import cast
 
 import torch
 from torch import Tensor
 
 from blockstab.boxes.fitting import Fits, MinimumSurface
-from blockstab.interpretation import Interpreter, Rules
-from blockstab.parser import Parser
-from blockstab.proposals.files import LabelFile
+from blockstab.energy.overlap import expected_overlap
+from blockstab.interpretation import Interpreter
+from blockstab.pool import Pool
+from blockstab.reasoning import Rules
 from blockstab.scene import Scene
-from blockstab.search import Problem
-from blockstab.search.stay import Stay
+from blockstab.search.problem import EnergyFactory, Problem, problem_of
 from blockstab.segments.segmentation import Segmentation
 from blockstab.view import View
 from tests.synthetic import BLOCKS, photograph, view_of
@@ -43,13 +44,12 @@ class CountingFitter:
 
 @dataclass(frozen=True)
 class Watched:
-    """A problem; what was interpreted and how many merges were judged, call by call; and the fitter."""
+    """A problem; what was interpreted, call by call; and the fitter."""
 
     problem: Problem
     interpreter: Interpreter
     fitter: CountingFitter
     interpreted: list[list[Segmentation]]
-    judged: list[int]
 
 
 @cache
@@ -58,24 +58,19 @@ def blocks_view() -> View:
     return view_of(photograph(*BLOCKS))
 
 
-def watched(view: View) -> Watched:
+def watched(view: View, energy: EnergyFactory = expected_overlap, pool: Pool | None = None) -> Watched:
     """A fresh problem on the view."""
     fitter = CountingFitter()
-    problem = Parser(LabelFile(), Stay(), toy_potentials(), Rules(fitter=fitter)).problem(view)
-    interpreted: list[list[Segmentation]] = []
-    judged: list[int] = []
+    problem = problem_of(view, Rules(fitter=fitter), toy_potentials(), energy, pool)
+    inner, interpreted = problem.interpret, list[list[Segmentation]]()
 
     def interpret(segmentations: Sequence[Segmentation]) -> list[Scene]:
         interpreted.append(list(segmentations))
-        return problem.interpret(segmentations)
+        return inner(segmentations)
 
-    def merge(rows: Tensor) -> Tensor:
-        judged.append(len(rows))
-        return problem.merge(rows)
-
-    return Watched(
-        replace(problem, interpret=interpret, merge=merge), problem.interpret, fitter, interpreted, judged
-    )
+    interpret.in_box = inner.in_box  # type: ignore[attr-defined]
+    seen = cast(Interpreter, interpret)
+    return Watched(replace(problem, interpret=seen), inner, fitter, interpreted)
 
 
 def seeded(seed: int) -> torch.Generator:

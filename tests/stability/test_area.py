@@ -118,6 +118,17 @@ def test_the_touching_edge_is_as_near_as_any_edge_of_the_box(clutter: Boxes) -> 
         assert has_corners(found, ends.tolist(), k)
 
 
+def test_of_edges_that_are_as_near_the_same_one_touches_however_the_world_is_turned() -> None:
+    boxes, _ = build(Block(0, 0, 0.1, 0.1), Block(0.1, 0, 0.1, 0.1))
+    expected = vertices(touching_edges(boxes, FIRST, SECOND))
+    for degrees in range(1, 360, 7):
+        c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+        turn = torch.tensor([[c, 0, s], [0, 1, 0], [-s, 0, c]], dtype=torch.float64)
+        found = vertices(touching_edges(boxes.rotated(turn), FIRST, SECOND))
+        around = found @ turn[[0, 2]][:, [0, 2]]
+        assert (around - expected).abs().max() < EXACT
+
+
 def test_an_edge_that_stands_upright_touches_in_a_point() -> None:
     quarter = math.radians(45)
     cos, sin = math.cos(quarter), math.sin(quarter)

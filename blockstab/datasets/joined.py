@@ -1,0 +1,50 @@
+"""Several sets of scenes as one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from blockstab.datasets.sets import SceneSet
+from blockstab.datasets.truth import Truth
+from blockstab.rgbd.frame import Frame
+
+_BETWEEN = "-"  # the name of a set and that of its scene
+
+
+@dataclass(frozen=True)
+class JoinedScenes:
+    """The scenes of several sets, one set after the other.
+
+    Args:
+        sets: by a short name each, which comes before the names of its scenes.
+    """
+
+    sets: Mapping[str, SceneSet]
+
+    @property
+    def name(self) -> str:
+        """The names of all sets."""
+        return "+".join(data.name for data in self.sets.values())
+
+    def scenes(self) -> list[str]:
+        """The names of the scenes, in order."""
+        return [f"{key}{_BETWEEN}{scene}" for key, data in self.sets.items() for scene in data.scenes()]
+
+    def read(self, scene: str) -> tuple[Frame, Truth]:
+        """One scene."""
+        data, own = self._of(scene)
+        return data.read(own)
+
+    def stamp(self, scene: str) -> str:
+        """That of the set that the scene is from."""
+        data, own = self._of(scene)
+        return f"{type(data).__name__} {data.stamp(own)}"
+
+    def official(self) -> Mapping[str, Sequence[str]]:
+        """None: sets part in ways of their own."""
+        return {}
+
+    def _of(self, scene: str) -> tuple[SceneSet, str]:
+        key, _, own = scene.partition(_BETWEEN)
+        return self.sets[key], own

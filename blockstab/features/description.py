@@ -1,0 +1,96 @@
+"""Scenes and their features: all that an energy sees of an image."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+import torch
+from torch import Tensor
+
+from blockstab.features.appearances import Appearances
+from blockstab.features.box_shape import box_shape
+from blockstab.features.contour import Contours
+from blockstab.features.pairwise import pairs_of, pairwise_features
+from blockstab.features.surface import Surfaces
+from blockstab.features.unary import unary_features
+from blockstab.percept import Percept
+from blockstab.scene import Scene
+from blockstab.segments.atoms import Atoms
+from blockstab.segments.hierarchy import Hierarchy
+from blockstab.segments.segmentation import Segment
+
+
+@dataclass(frozen=True)
+class Described:
+    """A scene and its features.
+
+    Args:
+        scene: N segments, M boundaries between objects.
+        unary: (N, F) float64, columns `SEGMENT_COLUMNS`.
+        pairwise: (M, 63) float64, columns `PAIRWISE_COLUMNS`, of the pairs of `boundaries(scene)`.
+        lost: (N,) float64, the share of each segment's pixels that is expected to lie on things: what is lost if
+            the segment is background.
+    """
+
+    scene: Scene
+    unary: Tensor
+    pairwise: Tensor
+    lost: Tensor
+
+
+class Describer:
+    """Describes scenes of one image; each segment and each pair is looked at once."""
+
+    def __init__(
+        self,
+        percept: Percept,
+        atoms: Atoms,
+        hierarchy: Hierarchy,
+        background: Callable[[Tensor], Tensor],
+    ) -> None:
+        """Prepare the atoms.
+
+        Args:
+            background: from columns `LONE_COLUMNS` to the share of a segment that is expected to be things.
+        """
+        self._percept, self._atoms = percept, atoms
+        self._contours = Contours(percept, atoms, hierarchy)
+        self._surfaces = Surfaces(percept, atoms)
+        self._appearances = Appearances(percept, atoms)
+        self._rows = torch.empty(0, 0, dtype=torch.float64)
+        self._row: dict[Segment, int] = {}
+        share = background(self.lone([frozenset({atom}) for atom in range(len(atoms))]))
+        self._things = (share.detach().clamp(0.0, 1.0) * atoms.pixels).tolist()
+
+    def __call__(self, scenes: Sequence[Scene]) -> list[Described]:
+        """Describe scenes; what is new of their segments and boundaries is looked at in one batch."""
+        lone = torch.split(
+            self.lone([s for scene in scenes for s in scene.segmentation.segments]), [len(s) for s in scenes]
+        )
+        pairs = [pairs_of(scene) for scene in scenes]
+        looks = torch.split(self._appearances(list(chain(*pairs))), [len(some) for some in pairs])
+        return [
+            Described(scene, self._unary(scene, rows), pairwise_features(scene, look), self.lost(scene))
+            for scene, rows, look in zip(scenes, lone, looks, strict=True)
+        ]
+
+    def lone(self, segments: Sequence[Segment]) -> Tensor:
+        """What segments show by themselves, (S, C) float64, columns `LONE_COLUMNS`."""
+        new = list(dict.fromkeys(s for s in segments if s not in self._row))
+        if new:
+            rows = torch.cat([self._contours(new), self._surfaces(new)], dim=1)
+            start = len(self._row)
+            self._rows = torch.cat([self._rows.view(start, rows.shape[1]), rows])
+            self._row.update(zip(new, range(start, start + len(new)), strict=True))
+        return self._rows[torch.tensor([self._row[s] for s in segments], dtype=torch.int64)]
+
+    def _unary(self, scene: Scene, lone: Tensor) -> Tensor:
+        shape = box_shape(scene.boxes, scene.pixels, self._percept.frame.camera, self._percept.ground)
+        return torch.cat([unary_features(scene), shape, lone], dim=1)
+
+    def lost(self, scene: Scene) -> Tensor:
+        """(N,) as in `Described`."""
+        things = [sum(self._things[atom] for atom in sorted(s)) for s in scene.segmentation.segments]
+        return torch.tensor(things, dtype=torch.float64) / scene.pixels

@@ -1,0 +1,189 @@
+"""What the surface of a segment says of it: colours, facing, planes, height, and its shape in the image."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import torch
+from kornia.color import rgb_to_ycbcr
+from torch import Tensor
+
+from blockstab.features.contour import membership
+from blockstab.percept import Percept
+from blockstab.segments.atoms import Atoms
+
+_COLORS = ("luma", "blue", "red")
+SURFACE_COLUMNS = (
+    "pixels_log",
+    "area_log",
+    "measured_share",
+    "ground_share",
+    "plane_share",
+    "plane_count",
+    *(f"deviation_{color}" for color in _COLORS),
+    *(f"contrast_{color}" for color in _COLORS),
+    "facing_length",
+    "facing_up",
+    "height_mean",
+    "height_deviation",
+    "height_least",
+    "height_greatest",
+    "distance",
+    "elongation",
+    "fill_of_hull",
+    "fill_of_ellipse",
+)
+_DIRECTIONS = 16  # of the lines that touch a segment in the image
+_COUNTED = 0.1  # share of a segment's pixels on a plane that counts as one of its planes
+
+
+class Surfaces:
+    """Columns of the surface of any set of atoms.
+
+    * `pixels_log`, `area_log`: logarithms of the pixels, and of their area in square metres, seen straight on.
+    * `measured`, `ground`, `plane` share: of pixels with depth, in the ground plane, and on the largest plane;
+      `plane_count`: planes that hold a tenth of the pixels.
+    * `deviation`, `contrast`: standard deviation of a colour, and difference from the mean of the atoms around.
+    * `facing_length`, `facing_up`: length and height of the mean normal.
+    * `height`: above the ground, metres. `distance`: depth, metres.
+    * `elongation`: ratio of the axes of the pixels' ellipse; `fill`: share of that ellipse, and of the polygon that
+      16 lines around the segment make, that the segment's pixels fill.
+    """
+
+    def __init__(self, percept: Percept, atoms: Atoms) -> None:
+        """Sum over the pixels of all atoms once."""
+        self._atoms = atoms
+        inside = (atoms.label > 0).flatten()
+        owner = atoms.label.flatten()[inside] - 1
+        count = len(atoms)
+
+        def summed(values: Tensor) -> Tensor:
+            values = values.double()
+            zeros = torch.zeros(count, *values.shape[1:], dtype=torch.float64)
+            return zeros.index_add(0, owner, values)
+
+        cloud = percept.cloud
+        valid = cloud.valid.flatten()[inside].double()
+        self._colors = summed(_moments(_ycbcr(percept.frame.color)[inside]))
+        normals = cloud.normals.flatten(0, 1)[inside]
+        self._facing = summed(torch.cat([normals, (normals != 0).any(dim=1, keepdim=True)], dim=1))
+        ground = percept.ground.height
+        height = cloud.points[..., 1].flatten()[inside] - (0.0 if ground is None else ground)
+        depth = cloud.depth.flatten()[inside]
+        flat = percept.on_ground.flatten()[inside]
+        area = (depth / percept.frame.camera.fx) * (depth / percept.frame.camera.fy)
+        parts = [valid, flat, valid * height, valid * height.square(), valid * depth, area]
+        self._measured = summed(torch.stack([part.double() for part in parts], dim=1))
+        self._reach = _reach(height, valid > 0, owner, count)
+        plane = percept.planes.label.flatten()[inside]
+        self._planes = torch.zeros(count, int(plane.max()) + 1 if len(plane) else 1, dtype=torch.float64)
+        self._planes.index_put_((owner, plane), torch.ones(len(owner), dtype=torch.float64), accumulate=True)
+        rows = inside.nonzero()[:, 0]
+        width = atoms.label.shape[1]
+        places = torch.stack([rows % width, rows // width], dim=1).double()
+        self._places = summed(torch.cat([places, places.square(), places.prod(dim=1, keepdim=True)], dim=1))
+        self._support = _support(places, owner, count)
+        self._color = self._colors[:, :3] / atoms.pixels[:, None]
+
+    def __call__(self, segments: Sequence[frozenset[int]]) -> Tensor:
+        """Columns of S segments, (S, C) float64, in the order of `SURFACE_COLUMNS`."""
+        atoms = self._atoms
+        inside = membership(segments, len(atoms))
+        held = inside.double()
+        pixels = held @ atoms.pixels.double()
+        measured, flat, height, square, depth, area = (held @ self._measured).unbind(dim=1)
+        known = measured.clamp(min=1.0)
+        planes = (held @ self._planes)[:, 1:] / pixels[:, None]
+        if not planes.shape[1]:
+            planes = planes.new_zeros(len(planes), 1)
+        color = held @ self._colors / pixels[:, None]
+        deviation = (color[:, 3:] - color[:, :3].square()).clamp(min=0.0).sqrt()
+        facing = held @ self._facing
+        facing = facing[:, :3] / facing[:, 3:].clamp(min=1.0)
+        mean = height / known
+        low, high = self._extremes(inside)
+        elongation, ellipse = self._ellipse(held, pixels)
+        columns = [
+            pixels.log(),
+            area.clamp(min=1e-9).log(),
+            measured / pixels,
+            flat / pixels,
+            planes.amax(dim=1),
+            (planes > _COUNTED).sum(dim=1),
+            *deviation.unbind(dim=1),
+            *self._contrast(inside, color[:, :3]).unbind(dim=1),
+            facing.norm(dim=1),
+            facing[:, 1],
+            mean,
+            (square / known - mean.square()).clamp(min=0.0).sqrt(),
+            low,
+            high,
+            depth / known,
+            elongation,
+            pixels / self._hull(inside).clamp(min=1.0),
+            pixels / ellipse.clamp(min=1.0),
+        ]
+        return torch.stack([column.double() for column in columns], dim=1)
+
+    def _contrast(self, inside: Tensor, color: Tensor) -> Tensor:
+        """(S, 3) how far the mean colours are from those of the atoms around, by length of border."""
+        atoms = self._atoms
+        one, other = inside[:, atoms.first], inside[:, atoms.second]
+        first = (one & ~other).double() * atoms.border_px
+        second = (other & ~one).double() * atoms.border_px
+        around = first @ self._color[atoms.second] + second @ self._color[atoms.first]
+        length = (first.sum(dim=1) + second.sum(dim=1))[:, None]
+        return torch.where(length > 0, (color - around / length.clamp(min=1.0)).abs(), 0.0)
+
+    def _extremes(self, inside: Tensor) -> tuple[Tensor, Tensor]:
+        """(S,) the least and the greatest height, metres; 0 where nothing is measured."""
+        low = torch.where(inside, self._reach[:, 0], torch.inf).amin(dim=1)
+        high = torch.where(inside, self._reach[:, 1], -torch.inf).amax(dim=1)
+        return torch.where(low.isinf(), 0.0, low), torch.where(high.isinf(), 0.0, high)
+
+    def _ellipse(self, held: Tensor, pixels: Tensor) -> tuple[Tensor, Tensor]:
+        """(S,) ratio of the short to the long axis of the ellipse with the pixels' moments; (S,) its area."""
+        x, y, xx, yy, xy = (held @ self._places / pixels[:, None]).unbind(dim=1)
+        # A pixel is a square: of one alone, the variance is a twelfth.
+        a, b, c = xx - x * x + 1 / 12, yy - y * y + 1 / 12, xy - x * y
+        middle, spread = (a + b) / 2, ((a - b) / 2).square().add(c.square()).sqrt()
+        short, long = (middle - spread).clamp(min=1 / 12).sqrt(), (middle + spread).sqrt()
+        return short / long, 4 * math.pi * short * long
+
+    def _hull(self, inside: Tensor) -> Tensor:
+        """(S,) area of the polygon of `_DIRECTIONS` lines that touch the pixels of a segment."""
+        reach = torch.where(inside[:, :, None], self._support, -torch.inf).amax(dim=1)
+        turn = 2 * math.pi / _DIRECTIONS
+        after, before = reach.roll(-1, dims=1), reach.roll(1, dims=1)
+        # Each side of the polygon, from where the neighbouring lines cut it, is the base of a triangle to the origin.
+        side = (after + before - 2 * reach * math.cos(turn)) / math.sin(turn)
+        return 0.5 * (side.clamp(min=0.0) * reach).sum(dim=1)
+
+
+def _ycbcr(color: Tensor) -> Tensor:
+    """(M, 3) float64 Y, Cb and Cr of an (H, W, 3) uint8 image, 0 to 1."""
+    rgb = color.permute(2, 0, 1)[None].double() / 255.0
+    ycbcr: Tensor = rgb_to_ycbcr(rgb)
+    return ycbcr[0].flatten(1).T
+
+
+def _moments(values: Tensor) -> Tensor:
+    return torch.cat([values, values.square()], dim=1)
+
+
+def _reach(height: Tensor, valid: Tensor, owner: Tensor, count: int) -> Tensor:
+    """(A, 2) the least and the greatest height of each atom; infinite where nothing is measured."""
+    low = torch.full((count,), torch.inf, dtype=torch.float64)
+    high = torch.full((count,), -torch.inf, dtype=torch.float64)
+    low = low.scatter_reduce(0, owner[valid], height[valid], "amin")
+    return torch.stack([low, high.scatter_reduce(0, owner[valid], height[valid], "amax")], dim=1)
+
+
+def _support(places: Tensor, owner: Tensor, count: int) -> Tensor:
+    """(A, D) how far the pixels of each atom reach in each direction, to their rims."""
+    angle = torch.arange(_DIRECTIONS, dtype=torch.float64) * (2 * math.pi / _DIRECTIONS)
+    unit = torch.stack([angle.cos(), angle.sin()])
+    reach = places @ unit + 0.5 * unit.abs().sum(dim=0)
+    far = torch.full((count, _DIRECTIONS), -torch.inf, dtype=torch.float64)
+    return far.scatter_reduce(0, owner[:, None].expand(-1, _DIRECTIONS), reach, "amax")

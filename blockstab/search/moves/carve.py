@@ -1,0 +1,35 @@
+"""Carve a mask of the pool out of whatever it lies in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import torch
+
+from blockstab.energy import Rating
+from blockstab.search.moves.drawing import Change, most_promising
+from blockstab.search.problem import Problem
+from blockstab.segments.segmentation import Segmentation
+
+
+@dataclass(frozen=True)
+class Carve:
+    """A mask becomes an object, and the segments that it cuts, background too, give way."""
+
+    def __call__(
+        self, rating: Rating, problem: Problem, count: int, generator: torch.Generator
+    ) -> list[Segmentation]:
+        """At most `count` carvings, drawn by what they promise."""
+        now = rating.scene.segmentation
+        objects = {
+            s for s, apart in zip(now.segments, rating.scene.background.tolist(), strict=True) if not apart
+        }
+        changes = []
+        for mask in problem.masks:
+            if mask in objects:
+                continue
+            gone = tuple(s for s in now.segments if not mask.isdisjoint(s))
+            left = tuple(s - mask for s in gone if s - mask)
+            changes.append(Change(gone, (mask, *left), partial(now.carve, mask), frozenset({mask})))
+        return most_promising(changes, rating, problem, count, generator)

@@ -1,0 +1,75 @@
+"""Cut a part of the hierarchy off a segment, and leave it alone or hand it to a neighbour."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import torch
+
+from blockstab.energy import Rating
+from blockstab.search.moves.drawing import Change, most_promising
+from blockstab.search.problem import MIN_SEGMENT_PX, Problem
+from blockstab.segments.segmentation import Segment, Segmentation
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Any node of the hierarchy that lies within an object becomes an object; never of background."""
+
+    def __call__(
+        self, rating: Rating, problem: Problem, count: int, generator: torch.Generator
+    ) -> list[Segmentation]:
+        """At most `count` cuts, drawn by what they promise."""
+        now = rating.scene.segmentation
+        changes = [
+            Change((whole,), (node, whole - node), partial(now.replace, i, (node, whole - node)))
+            for i, whole, node in inner_nodes(rating, problem)
+        ]
+        return most_promising(changes, rating, problem, count, generator)
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """Any node of the hierarchy at the border of an object goes over to a neighbouring object."""
+
+    def __call__(
+        self, rating: Rating, problem: Problem, count: int, generator: torch.Generator
+    ) -> list[Segmentation]:
+        """At most `count` transfers, drawn by what they promise."""
+        now, touching = rating.scene.segmentation, problem.touching
+        owner = {
+            atom: i
+            for i, (s, apart) in enumerate(zip(now.segments, rating.scene.background.tolist(), strict=True))
+            if not apart
+            for atom in s
+        }
+        changes = []
+        for i, whole, node in inner_nodes(rating, problem):
+            beside = {owner[b] for a in node for b in touching[a] if b in owner} - {i}
+            for j in sorted(beside):
+                other = now.segments[j]
+                result = partial(_handed, now, i, j, node)
+                changes.append(Change((whole, other), (whole - node, other | node), result))
+        return most_promising(changes, rating, problem, count, generator)
+
+
+def _handed(now: Segmentation, i: int, j: int, node: Segment) -> Segmentation:
+    """The part `node` of segment i goes over to segment j."""
+    other = now.segments[j]
+    cut = now.replace(i, (node, now.segments[i] - node))
+    return cut.merge(cut.segments.index(node), cut.segments.index(other))
+
+
+def inner_nodes(rating: Rating, problem: Problem) -> Iterator[tuple[int, Segment, Segment]]:
+    """Every node of the hierarchy that is a proper part of an object and leaves enough of it: index, object, node."""
+    segmentation = rating.scene.segmentation
+    for i, (whole, apart) in enumerate(
+        zip(segmentation.segments, rating.scene.background.tolist(), strict=True)
+    ):
+        if not apart and len(whole) > 1:
+            pixels = problem.pixels(whole)
+            for node in problem.nodes:
+                if node < whole and pixels - problem.pixels(node) >= MIN_SEGMENT_PX:
+                    yield i, whole, node

@@ -1,0 +1,137 @@
+"""All that a search may ask about one image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import torch
+from torch import Tensor
+
+from blockstab.energy import Energy, Potential, Rating
+from blockstab.features.description import Describer
+from blockstab.interpretation import Interpreter
+from blockstab.pool import NoMasks, Pool
+from blockstab.reasoning import Rules
+from blockstab.segments.hierarchy import Hierarchy, build_hierarchy, nodes, split
+from blockstab.segments.segmentation import Segment, Segmentation
+from blockstab.view import View
+
+MIN_SEGMENT_PX = 60  # no move leaves a smaller part: so few points say little about a box
+
+
+class Potentials(Protocol):
+    """The learned judgements that a problem needs.
+
+    `unary` and `pairwise` judge segments and boundaries in a scene, `alone` judges a segment by itself, `background`
+    tells from a segment by itself what share of it is things.
+    """
+
+    @property
+    def unary(self) -> Potential: ...
+    @property
+    def pairwise(self) -> Potential: ...
+    @property
+    def alone(self) -> Potential: ...
+    @property
+    def background(self) -> Potential: ...
+    @property
+    def weight(self) -> float: ...
+
+
+class EnergyFactory(Protocol):
+    """Makes the energy of one image."""
+
+    def __call__(self, potentials: Potentials, view: View, /) -> Energy: ...
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One image, as a search sees it.
+
+    Args:
+        view: the image, its atoms, and where to start.
+        hierarchy: the order in which its atoms merge.
+        interpret: understands segmentations.
+        describe: computes the features of scenes.
+        energy: rates described scenes.
+        alone: potential of segments by themselves, (S, C) columns `LONE_COLUMNS` to (S,).
+        offered: masks of a pool, beside the nodes of the hierarchy.
+    """
+
+    view: View
+    hierarchy: Hierarchy
+    interpret: Interpreter
+    describe: Describer
+    energy: Energy
+    alone: Potential
+    offered: tuple[Segment, ...] = ()
+
+    def rate(self, segmentations: Sequence[Segmentation]) -> list[Rating]:
+        """Understand, describe and rate; what is new is worked out in one batch."""
+        return self.energy(self.describe(self.interpret(segmentations)))
+
+    def lone(self, segments: Sequence[Segment]) -> Tensor:
+        """(S,) float64 pixels that segments are expected to lose, judged by themselves; all of too small ones."""
+        size = torch.tensor([self.pixels(s) for s in segments], dtype=torch.float64)
+        known = self._lone
+        new = list(dict.fromkeys(s for s in segments if s not in known))
+        if new:
+            loss = self.alone(self.describe.lone(new)).detach().clamp(0.0, 1.0)
+            known.update(zip(new, loss.tolist(), strict=True))
+        share = torch.tensor([known[s] for s in segments], dtype=torch.float64)
+        return size * torch.where(size >= MIN_SEGMENT_PX, share, 1.0)
+
+    def pixels(self, segment: Segment) -> int:
+        """How many pixels a segment has."""
+        return sum(self._atom_pixels[atom] for atom in segment)
+
+    def split(self, segment: Segment) -> tuple[Segment, Segment] | None:
+        """The two parts that a segment falls into first; None where one would be too small."""
+        if segment not in self._splits:
+            parts = split(segment, self.view.atoms, self.hierarchy)
+            large = parts is not None and min(map(self.pixels, parts)) >= MIN_SEGMENT_PX
+            self._splits[segment] = parts if large else None
+        return self._splits[segment]
+
+    @cached_property
+    def nodes(self) -> tuple[Segment, ...]:
+        """Every part of the hierarchy that is large enough for a segment, small ones first."""
+        return tuple(s for s in nodes(self.hierarchy) if self.pixels(s) >= MIN_SEGMENT_PX)
+
+    @cached_property
+    def masks(self) -> tuple[Segment, ...]:
+        """The pool: what was offered, and the nodes of the hierarchy; each once, and large enough."""
+        pool = dict.fromkeys([*self.offered, *self.nodes])
+        return tuple(mask for mask in pool if self.pixels(mask) >= MIN_SEGMENT_PX)
+
+    @cached_property
+    def touching(self) -> dict[int, set[int]]:
+        """The neighbours of each atom."""
+        return {atom: set(row) for atom, row in self.hierarchy.borders.items()}
+
+    @cached_property
+    def _atom_pixels(self) -> list[int]:
+        return [int(n) for n in self.view.atoms.pixels]
+
+    @cached_property
+    def _lone(self) -> dict[Segment, float]:
+        return {}
+
+    @cached_property
+    def _splits(self) -> dict[Segment, tuple[Segment, Segment] | None]:
+        return {}
+
+
+def problem_of(
+    view: View, rules: Rules, potentials: Potentials, energy: EnergyFactory, pool: Pool | None = None
+) -> Problem:
+    """The problem of an image, alike for training and for parsing."""
+    percept, atoms = view.percept, view.atoms
+    hierarchy = build_hierarchy(atoms)
+    interpret = Interpreter(percept.cloud, view.sight, percept.ground, atoms, rules)
+    describe = Describer(percept, atoms, hierarchy, potentials.background)
+    offered = tuple(dict.fromkeys((pool or NoMasks())(view)))
+    return Problem(view, hierarchy, interpret, describe, energy(potentials, view), potentials.alone, offered)
