@@ -25,8 +25,8 @@ $(STAMP): pyproject.toml constraints.txt | python
 demo: $(STAMP)
 	$(BIN)/blockstab simulate --preset blocks --count 24 --seed 1 --jobs $(JOBS) --out $(DEMO)/train
 	$(BIN)/blockstab simulate --preset blocks --count 12 --seed 2 --jobs $(JOBS) --out $(DEMO)/test
-	$(BIN)/python train.py potential=svm rounds=0 data=folder data.root=$(DEMO)/train output=$(DEMO)/svm cache=$(DEMO)/examples jobs=$(JOBS)
-	$(BIN)/python train.py potential=trees search.rounds=4 data=folder data.root=$(DEMO)/train output=$(DEMO)/trees cache=$(DEMO)/examples jobs=$(JOBS)
+	$(BIN)/python train.py potential=svm data=folder data.root=$(DEMO)/train output=$(DEMO)/svm cache=$(DEMO)/examples jobs=$(JOBS)
+	$(BIN)/python train.py potential=trees data=folder data.root=$(DEMO)/train output=$(DEMO)/trees cache=$(DEMO)/examples jobs=$(JOBS)
 	$(BIN)/blockstab parse $(DEMO)/test/*/ --potentials $(DEMO)/trees.json --jobs $(JOBS) --out $(DEMO)/parsed
 	$(BIN)/python evaluate.py experiment=demo data=folder data.root=$(DEMO)/test potentials=$(DEMO)/trees.json out=$(DEMO)/evaluation jobs=$(JOBS)
 	@echo "Look at the reports: $(DEMO)/parsed/*/report.html"
@@ -56,13 +56,11 @@ docs: $(STAMP)
 	@echo "docs/_build/index.html"
 
 pretrained: $(STAMP)
-	$(BIN)/python train.py data=mixed potential=trees search.rounds=5 output=models/pretrained/trees jobs=$(JOBS)
-	$(BIN)/python train.py data=mixed potential=mlp rounds=0 fit.most_rows=15000 output=models/pretrained/mlp jobs=$(JOBS)
-	$(BIN)/python train.py data=mixed potential=svm rounds=0 fit.most_rows=20000 output=models/pretrained/svm jobs=$(JOBS)
-	$(BIN)/python train.py data=mixed potential=svm rounds=0 fit.most_rows=20000 features=paper fit.target=bit fit.structured=false \
+	$(BIN)/python train.py data=mixed potential=trees ablations=[without_stability] output=models/pretrained/trees jobs=$(JOBS)
+	$(BIN)/python train.py data=mixed potential=mlp fit.structured=true fit.weight=null fit.most_rows=15000 output=models/pretrained/mlp jobs=$(JOBS)
+	$(BIN)/python train.py data=mixed potential=svm fit.most_rows=20000 output=models/pretrained/svm jobs=$(JOBS)
+	$(BIN)/python train.py data=mixed potential=svm fit.most_rows=20000 features=paper fit.target=bit \
 		output=models/pretrained/svm_paper jobs=$(JOBS)
-	$(BIN)/python train.py data=mixed potential=svm rounds=0 fit.most_rows=20000 features=paper_without_stability fit.target=bit \
-		fit.structured=false output=models/pretrained/svm_paper_without_stability jobs=$(JOBS)
 	$(BIN)/python train.py target=boundary data.preset=objects output=models/pretrained/boundary jobs=$(JOBS)
 	$(BIN)/python train.py target=stages data.preset=objects data.count=100 output=models/pretrained/silberman jobs=$(JOBS)
 

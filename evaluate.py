@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -21,8 +22,13 @@ from blockstab.datasets.splits import scenes_of
 from blockstab.export import write_whole
 from blockstab.parser import Parser
 from models.entry import made, one_line_errors
+from models.examples import ExampleMaker
+from models.gathering import gathered
+from models.judging import judged
 from models.parsing import parsing_potentials
 
+# Rows of a table, once it is known of which scenes.
+RowMaker = Callable[[Comparison], list[dict[str, Any]]]
 # What a method may say of its parser; what it does not say is as in the configuration.
 PARTS = ("potentials", "proposal", "search", "energy", "pool", "boundaries", "rules")
 
@@ -38,8 +44,11 @@ def run(cfg: DictConfig) -> None:
     """Predict, score, and write `results.json`."""
     begin = time.perf_counter()
     data, split, out = made(cfg.data), made(cfg.split), Path(cfg.out)
+    shows = cfg.experiment.get("shows", "table")
+    if shows not in SHOWS:
+        raise ValueError(f"No experiment shows {shows!r}; choose from: {', '.join(SHOWS)}.")
     # All are made before any of them works: a misspelt one stops here, not after hours.
-    methods = methods_of(cfg)
+    prepared = SHOWS[shows](cfg)
     chosen = scenes_of(data, split, cfg.part, Path(cfg.splits))
     scenes = readable(data, chosen, cfg.strict, cfg.jobs)
     comparison = Comparison(data, scenes, out, cfg.seed, cfg.jobs, cfg.overwrite)
@@ -52,7 +61,8 @@ def run(cfg: DictConfig) -> None:
             "images": len(scenes),
             "left_out": sorted(set(chosen) - set(scenes)),
         },
-        "rows": comparison.courses(methods) if cfg.experiment.get("course") else comparison.table(methods),
+        "methods": None if cfg.methods is None else list(cfg.methods),
+        "rows": prepared(comparison),
         "seed": cfg.seed,
         "seconds": round(time.perf_counter() - begin, 2),
         "versions": {"blockstab": blockstab.__version__, "torch": torch.__version__},
@@ -60,6 +70,48 @@ def run(cfg: DictConfig) -> None:
     write_whole(out / "results.json", (json.dumps(results, indent=1) + "\n").encode())
     show(results)
     print(f"results in {out / 'results.json'}")
+
+
+def tables(cfg: DictConfig) -> RowMaker:
+    """What methods score."""
+    methods = methods_of(cfg)
+    return lambda comparison: comparison.table(methods)
+
+
+def courses(cfg: DictConfig) -> RowMaker:
+    """How searches go."""
+    methods = methods_of(cfg)
+    return lambda comparison: comparison.courses(methods)
+
+
+def judges(cfg: DictConfig) -> RowMaker:
+    """How well potentials tell good segments from bad ones."""
+    potentials = {name: parsing_potentials(path) for name, path in cfg.experiment.potentials.items()}
+    maker = ExampleMaker(
+        proposals=[made(cfg.proposals)],
+        moves=made(cfg.search).moves,
+        boundaries=made(cfg.boundaries),
+        pool=made(cfg.pool),
+        walks=cfg.experiment.walks,
+        steps=cfg.experiment.steps,
+    )
+
+    def rows(comparison: Comparison) -> list[dict[str, Any]]:
+        examples = gathered(
+            comparison.data,
+            comparison.scenes,
+            maker,
+            comparison.seed,
+            comparison.out / "examples",
+            comparison.jobs,
+            comparison.overwrite,
+        )
+        return judged(potentials, examples, comparison.seed)
+
+    return rows
+
+
+SHOWS = {"table": tables, "courses": courses, "judges": judges}
 
 
 def methods_of(cfg: DictConfig) -> dict[str, Method]:
@@ -77,8 +129,15 @@ def methods_of(cfg: DictConfig) -> dict[str, Method]:
         "proposal": cfg.proposals,
         **{name: cfg[name] for name in ("search", "energy", "pool", "boundaries")},
     }
+    unknown = sorted(set(cfg.methods or ()) - set(cfg.experiment.methods))
+    if unknown:
+        raise ValueError(
+            f"{cfg.experiment.name} has no method {unknown[0]!r}; choose from: {', '.join(cfg.experiment.methods)}."
+        )
     methods = {}
     for name, given in cfg.experiment.methods.items():
+        if cfg.methods and name not in cfg.methods:
+            continue
         strange = sorted(set(given) - {*PARTS, "scores"})
         if strange:
             raise ValueError(f"{name} has {strange[0]!r}; a method has scores and any of {', '.join(PARTS)}.")

@@ -17,12 +17,15 @@ import blockstab
 from blockstab.datasets.readable import readable
 from blockstab.datasets.sets import SceneSet
 from blockstab.datasets.splits import scenes_of
+from blockstab.features.columns import feature_set
 from models.boundary import save_boundary, train_boundary
 from models.checkpoint import save_potentials
 from models.entry import made, one_line_errors
 from models.examples import ExampleMaker
-from models.fitting import fit_all
+from models.fitting import Fitted, fit_all
 from models.gathering import gathered
+from models.potential import fold_of
+from models.rows import joined
 from models.stages import save_stages
 from models.staging import StageTrainer
 
@@ -63,22 +66,38 @@ def train_potentials(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None
         features=made(cfg.features),
         target=cfg.fit.target,
         structured=cfg.fit.structured,
+        weight=cfg.fit.weight,
         most_rows=cfg.fit.most_rows,
+        folds=cfg.fit.folds,
         seed=cfg.seed,
         jobs=cfg.jobs,
     )
-    examples = keep(scenes, maker)
+    examples = list(keep(scenes, maker))
     found = fit(examples)
     for number in range(cfg.rounds):
-        # What a search meets with these potentials, on the training scenes alone, is what they have to judge next.
-        visited = replace(maker, search=made(cfg.search), potentials=found.ready(f"round {number}"))
-        examples = [*examples, *keep(scenes, visited)]
+        # What a search meets on training scenes, with potentials that had not seen them, they have to judge next.
+        fold = fold_of(torch.arange(len(scenes)), cfg.fit.folds)
+        drawn = torch.randperm(len(scenes), generator=torch.Generator().manual_seed(cfg.seed + number))
+        searched = drawn[: cfg.examples.searched].sort().values
+        for k in range(cfg.fit.folds):
+            part = searched[fold[searched] == k].tolist()
+            visited = replace(maker, search=made(cfg.search), potentials=found.ready(k))
+            more = keep([scenes[i] for i in part], visited)
+            for i, one in zip(part, more, strict=True):
+                examples[i] = joined([examples[i], one])
         found = fit(examples)
+    _saved(cfg, Path(cfg.output), found, len(scenes))
+    for name in cfg.ablations:
+        # The same examples, seen by other columns: what those columns are worth.
+        _saved(cfg, Path(f"{cfg.output}_{name}"), fit(examples, features=feature_set(name)), len(scenes))
+
+
+def _saved(cfg: DictConfig, output: Path, found: Fitted, images: int) -> None:
     for kind, facts in found.facts.items():
         print(kind, facts)
-    facts = {**provenance(cfg, len(scenes)), "potentials": found.facts}
-    save_potentials(Path(cfg.output), found.potentials, found.weight, facts)
-    print(f"potentials in {cfg.output}.safetensors and {cfg.output}.json")
+    facts = {**provenance(cfg, images), "potentials": found.facts}
+    save_potentials(output, found.potentials, found.weight, facts)
+    print(f"potentials in {output}.safetensors and {output}.json")
 
 
 def train_stages(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:

@@ -37,6 +37,7 @@ MADE_BY = {
         ("proposals_osd", "proposals_objects", "atoms_osd", "atoms_objects"), "make proposals OSD=osd"
     ),
 }
+OWN_POTENTIALS = ("table4", "potentials")  # experiments that name them
 NONE = """\
 No results are stored yet. Run `evaluate.py`, copy its `results.json` to `docs/results/` under a name of its own, and
 run `python docs/tables.py`.
@@ -69,11 +70,11 @@ def _command(results: dict[str, Any]) -> str:
     else:
         root = name.removesuffix(" (annotated)")
         data = f"data=folder data.root={root}" + (" data.annotated=true" if root != name else "")
-    potential = results["rows"][0]["potential"]
-    return (
-        f"python evaluate.py experiment={results['experiment']} {data} potentials={potential} "
-        f"seed={results['seed']}"
-    )
+    first = results["rows"][0]["potential"]
+    chosen = "" if results["experiment"] in OWN_POTENTIALS else f" potentials={first}"
+    some = results.get("methods")
+    methods = f" 'methods=[{','.join(some)}]'" if some else ""
+    return f"python evaluate.py experiment={results['experiment']} {data}{chosen} seed={results['seed']}{methods}"
 
 
 def _table(rows: list[dict[str, Any]]) -> str:

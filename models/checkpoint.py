@@ -103,6 +103,10 @@ def load_potentials(path: Path | str) -> Potentials:
         own = {key: tensors[f"{kind}.{key}"] for key in potential.state_dict()}
         potential.load_state_dict(own, assign=True)
         potential.requires_grad_(False)
+        try:
+            potential.head.check(len(potential.columns))
+        except ValueError as error:
+            raise CheckpointError(f"{weights_file} holds no {kind} potential: {error}.") from None
     return Potentials(
         unary=record.potentials["unary"],
         pairwise=record.potentials["pairwise"],

@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from blockstab.boundaries.combination import Combination, FixedWeights
+from blockstab.energy import Rating
 from blockstab.energy.overlap import Parts, expected_loss, expected_overlap, parts_of
 from blockstab.energy.recording import Recorder
 from blockstab.features.description import Described
@@ -19,55 +20,15 @@ from blockstab.pool import NoMasks, Pool
 from blockstab.proposals import Proposal
 from blockstab.reasoning import Rules
 from blockstab.rgbd.frame import Frame
-from blockstab.search import Search
+from blockstab.search import Search, rank
 from blockstab.search.moves import Move
 from blockstab.search.problem import Potentials, Problem, problem_of
 from blockstab.search.truth import true_segmentation
 from blockstab.segments.overlap import Overlap
 from blockstab.segments.segmentation import Segment
 from blockstab.view import View, make_view
-from models.perturbing import walk
-
-KINDS = ("unary", "pairwise", "alone", "background")
-GOOD_OVERLAP = 0.9  # "a positive training sample if score(s) >= 90%"
-
-
-class Rows(NamedTuple):
-    """Features (N, F) float32, their targets (N,) float64, and pixels (N,) float64 that they stand for.
-
-    A target is a loss between 0, good, and 1, bad.
-    """
-
-    features: Tensor
-    target: Tensor
-    pixels: Tensor
-
-
-class States(NamedTuple):
-    """Whole segmentations of one image: S of them, N segments and M boundaries in all.
-
-    Args:
-        unary: (N, F); pairwise: (M, G) float32.
-        loss: (N,) the true loss of each segment.
-        error: (S,) the true loss of each segmentation; the first is the truth.
-        parts: what their energies need beside potentials.
-    """
-
-    unary: Tensor
-    pairwise: Tensor
-    loss: Tensor
-    error: Tensor
-    parts: Parts
-
-
-class Examples(NamedTuple):
-    """Rows for each potential, and whole segmentations for the structured loss."""
-
-    unary: Rows
-    pairwise: Rows
-    alone: Rows
-    background: Rows
-    states: States
+from models.perturbing import walks
+from models.rows import GOOD, Examples, Rows, States, joined, joined_parts, joined_rows
 
 
 class Neutral(NamedTuple):
@@ -88,7 +49,8 @@ class ExampleMaker:
 
     The truth, drawn on atoms, and the start of each proposal are led astray by random moves; with potentials, a
     search adds what it visits. A segment loses what its overlap lacks to 1 (Eq. 5), against true objects alone; a
-    boundary, the more of its two sides; background, the things in it.
+    boundary, what its two sides would gain as one; background, the things in it. To the paper a boundary is bad if
+    either side is.
 
     Args:
         proposals: segmentations as they come in practice.
@@ -99,7 +61,7 @@ class ExampleMaker:
         boundaries: weighs the signs of an edge between two objects.
         pool: offers masks.
         walks, steps: random walks from the truth, and as many from each start, and their length.
-        most_states: whole segmentations kept of each proposal.
+        most_states: whole segmentations kept of each proposal; the segments and boundaries of all are.
         most_masks: masks of the pool that are looked at by themselves.
     """
 
@@ -110,7 +72,7 @@ class ExampleMaker:
     rules: Rules = field(default_factory=Rules)
     boundaries: Combination = field(default_factory=FixedWeights)
     pool: Pool = field(default_factory=NoMasks)
-    walks: int = 4
+    walks: int = 8
     steps: int = 6
     most_states: int = 24
     most_masks: int = 250
@@ -127,30 +89,32 @@ class ExampleMaker:
         return joined([self._of_view(make_view(percept, proposal), generator) for proposal in self.proposals])
 
     def _of_view(self, view: View, generator: torch.Generator) -> Examples:
-        potentials, seen = self.potentials or Neutral(), list[Described]()
+        potentials, seen = self.potentials or Neutral(), list[tuple[Described, Rating]]()
 
         def recording(learned: Potentials, of: View) -> Recorder:
-            return Recorder(expected_overlap(learned, of), lambda scene, _: seen.append(scene))
+            # Without caution: what a search finds so is what potentials must learn to judge.
+            return Recorder(expected_overlap(learned, of, caution=0.0), lambda *both: seen.append(both))
 
         problem = problem_of(view, self.rules, potentials, recording, self.pool)
         truth, start = problem.rate([true_segmentation(problem), view.start])
         if self.search is not None and self.potentials is not None:
             self.search(view.start, problem, generator)
         else:
-            for origin in (truth, start):
-                for _ in range(self.walks):
-                    walk(origin, problem, self.moves, self.steps, generator)
-        return self._examples(view, problem, seen, generator)
+            walks([truth, start] * self.walks, problem, self.moves, self.steps, generator)
+        kept = _kept([rank(rating) for _, rating in seen], self.most_states, generator)
+        return self._examples(view, problem, [scene for scene, _ in seen], kept, generator)
 
     def _examples(
-        self, view: View, problem: Problem, seen: list[Described], generator: torch.Generator
+        self,
+        view: View,
+        problem: Problem,
+        seen: list[Described],
+        kept: list[int],
+        generator: torch.Generator,
     ) -> Examples:
         frame = view.percept.frame
         assert frame.label is not None
         overlap = Overlap(view.atoms, frame.label, frame.background_ids)
-        # The truth and the start come first, and are always kept.
-        kept = [0, 1, *(2 + k for k in _some(len(seen) - 2, self.most_states - 2, generator))]
-        seen = [seen[k] for k in kept if k < len(seen)]
         lone = dict.fromkeys(s for one in seen for s in one.scene.segmentation.segments)
         masks = problem.masks
         lone.update(dict.fromkeys(masks[k] for k in _some(len(masks), self.most_masks, generator)))
@@ -158,13 +122,13 @@ class ExampleMaker:
 
         def rows(segments: list[Segment], target: Tensor) -> Rows:
             size = torch.tensor([problem.pixels(s) for s in segments], dtype=torch.float64)
-            return Rows(problem.describe.lone(segments).float(), target, size)
+            return Rows(problem.describe.lone(segments).float(), target, target > GOOD, size)
 
         return Examples(
             *_new_rows(seen, overlap),
             rows(list(lone), 1.0 - overlap.best(list(lone))),
             rows(atoms, overlap.thing_share(atoms)),
-            _states(seen, overlap),
+            _states([seen[k] for k in kept], overlap),
         )
 
 
@@ -181,15 +145,29 @@ def _new_rows(seen: Sequence[Described], overlap: Overlap) -> tuple[Rows, Rows]:
             for k, (s, apart) in enumerate(zip(parts, scene.background.tolist(), strict=True))
             if not apart and s not in segments
         ]
-        unary.append(Rows(one.unary[new].float(), loss[new], area[new]))
+        unary.append(Rows(one.unary[new].float(), loss[new], loss[new] > GOOD, area[new]))
         segments.update(parts[k] for k in new)
         first, second = boundaries(scene)
         both = [frozenset({parts[a], parts[b]}) for a, b in zip(first.tolist(), second.tolist(), strict=True)]
         fresh = [k for k, pair in enumerate(both) if pair not in pairs]
-        target = torch.maximum(loss[first], loss[second])[fresh]
-        pairwise.append(Rows(one.pairwise[fresh].float(), target, area[second][fresh]))
+        first, second = first[fresh], second[fresh]
+        unions = [parts[a] | parts[b] for a, b in zip(first.tolist(), second.tolist(), strict=True)]
+        union = 1.0 - overlap.best(unions) if unions else loss[:0]
+        apart = area[first] * loss[first] + area[second] * loss[second]
+        gain = (apart - (area[first] + area[second]) * union) / area[second]
+        bad = torch.maximum(loss[first], loss[second]) > GOOD
+        pairwise.append(Rows(one.pairwise[fresh].float(), gain.clamp(0.0, 1.0), bad, area[second]))
         pairs.update(both)
     return joined_rows(unary), joined_rows(pairwise)
+
+
+def _kept(energies: Sequence[float], most: int, generator: torch.Generator) -> list[int]:
+    """Which whole segmentations are kept, in order: the first two, half of least energy, and others."""
+    others = sorted(range(2, len(energies)), key=energies.__getitem__)
+    most = max(most - 2, 0)
+    best, rest = others[: most // 2], others[most // 2 :]
+    drawn = [rest[k] for k in _some(len(rest), most - len(best), generator)]
+    return [0, 1, *sorted([*best, *drawn])]
 
 
 def _states(seen: Sequence[Described], overlap: Overlap) -> States:
@@ -207,37 +185,6 @@ def _states(seen: Sequence[Described], overlap: Overlap) -> States:
         torch.cat(losses),
         torch.stack(errors),
         joined_parts(parts),
-    )
-
-
-def joined_rows(parts: Sequence[Rows]) -> Rows:
-    """The rows of all parts, in order."""
-    return Rows(*(torch.cat(columns) for columns in zip(*parts, strict=True)))
-
-
-def joined_parts(parts: Sequence[Parts]) -> Parts:
-    """Several segmentations as one table."""
-    start = torch.tensor([0, *(p.count for p in parts)]).cumsum(0).tolist()
-    return Parts(
-        *(torch.cat([getattr(p, name) for p in parts]) for name in ("area", "background", "lost", "smaller")),
-        torch.cat([p.segment_of + k for p, k in zip(parts, start, strict=False)]),
-        torch.cat([p.boundary_of + k for p, k in zip(parts, start, strict=False)]),
-        start[-1],
-    )
-
-
-def joined(parts: Sequence[Examples]) -> Examples:
-    """The examples of all parts, in order; of whole segmentations, the truth of the first part comes first."""
-    states = [p.states for p in parts]
-    return Examples(
-        *(joined_rows([getattr(p, kind) for p in parts]) for kind in KINDS),
-        States(
-            *(
-                torch.cat([getattr(s, name) for s in states])
-                for name in ("unary", "pairwise", "loss", "error")
-            ),
-            joined_parts([s.parts for s in states]),
-        ),
     )
 
 

@@ -2,36 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import torch
+from sklearn.metrics import roc_auc_score
 from torch import Tensor
 
 from blockstab.features.columns import COLUMNS, FeatureSet
 from models.calibration import platt
 from models.checkpoint import Potentials, chosen_columns
-from models.examples import KINDS, Examples, Rows, joined_rows
 from models.heads import HeadFactory, Potential
 from models.parsing import ParsingPotentials, choosing
-from models.potential import GOOD, choose_c, fit_potential
-from models.structured import fit_structured
+from models.potential import CrossFit, choose_c, cross_fit, fold_of
+from models.rows import KINDS, Examples, Rows, joined_rows
+from models.structured import fit_structured, held_out_weight
 
 TARGETS = ("overlap", "bit")
 
 
 class Fitted(NamedTuple):
-    """Potentials by kind, the weight of boundaries, and what is worth knowing of their making."""
+    """Potentials by kind, the weight of boundaries, and what is worth knowing of their making.
+
+    Args:
+        unseen: for each fold of the images, see `fold_of`, potentials by kind that had not seen them.
+    """
 
     potentials: dict[str, Potential]
     weight: float
     facts: dict[str, Any]
+    unseen: tuple[dict[str, Potential], ...]
 
-    def ready(self, name: str) -> ParsingPotentials:
-        """For a search."""
-        return choosing(
-            Potentials(**self.potentials, weight=self.weight, name=name, sha256="", provenance={})
-        )
+    def ready(self, fold: int) -> ParsingPotentials:
+        """For a search on the images of a fold."""
+        return _ready(self.unseen[fold], self.weight, f"fold {fold}")
+
+
+def _ready(potentials: Mapping[str, Potential], weight: float, name: str) -> ParsingPotentials:
+    return choosing(Potentials(**potentials, weight=weight, name=name, sha256="", provenance={}))
 
 
 def fit_all(
@@ -40,38 +48,48 @@ def fit_all(
     features: FeatureSet,
     target: str,
     structured: bool,
+    weight: float | None,
     most_rows: int,
+    folds: int,
     seed: int,
     jobs: int,
 ) -> Fitted:
-    """Train and calibrate the potentials of every kind.
+    """Train and calibrate the potentials of every kind, and weigh boundaries.
 
     Args:
         examples: of each image.
         head: of all kinds alike.
         features: which columns they see.
-        target: "overlap": what a segment lacks to an overlap of 1, weighed by the root of its pixels; "bit": whether
-            it lacks more than a tenth, good and bad rows weighing the same (the paper's).
-        structured: learn on from whole segmentations, see `StructuredFit`; else boundaries weigh nothing.
+        target: "overlap": what a segment lacks to an overlap of 1, and what two would gain as one, weighed by the
+            root of their pixels; "bit": whether it is bad to the paper, good and bad rows weighing the same.
+        structured: learn on from whole segmentations, see `StructuredFit`.
+        weight: of boundaries; None: that of `held_out_weight`.
         most_rows: of a kind; of more, as many are drawn.
+        folds: parts of the images, each of which is judged by what has learned from the others.
 
     Raises:
         ValueError: naming what is wrong.
     """
     if target not in TARGETS:
         raise ValueError(f"The target is overlap or bit, but it is {target!r}; choose one.")
-    potentials, facts = dict[str, Potential](), dict[str, Any]()
+    fits, facts = dict[str, CrossFit](), dict[str, Any]()
     for kind in KINDS:
         rows, group = _drawn([getattr(e, kind) for e in examples], most_rows, seed)
-        potentials[kind], facts[kind] = _fit(kind, rows, group, head, features, target, seed, jobs)
-    weight = 0.0
+        fits[kind], facts[kind] = _fit(kind, rows, group, head, features, target, folds, seed, jobs)
+    potentials = {kind: fit.potential for kind, fit in fits.items()}
+    unseen = tuple({kind: fit.unseen[k] for kind, fit in fits.items()} for k in range(folds))
+    states = [e.states for e in examples]
+    folds_of = fold_of(torch.arange(len(states)), folds).tolist()
+    ready = [_ready(one, 0.0, f"fold {k}") for k, one in enumerate(unseen)]
+    if weight is None:
+        weight = held_out_weight([ready[k] for k in folds_of], states)
     if structured:
-        columns = tuple(chosen_columns(potentials[k], COLUMNS[k]) for k in ("unary", "pairwise"))
-        states = [e.states for e in examples]
-        weight = fit_structured(potentials["unary"], potentials["pairwise"], columns, states, seed)  # type: ignore[arg-type]
-        rows, _ = _drawn([e.unary for e in examples], most_rows, seed)
-        _calibrate(potentials["unary"], rows, columns[0])
-    return Fitted(potentials, weight, {**facts, "weight": round(weight, 5)})
+        one, two = (chosen_columns(potentials[k], COLUMNS[k]) for k in ("unary", "pairwise"))
+        weight = fit_structured(potentials["unary"], potentials["pairwise"], (one, two), states, weight, seed)
+        if any(True for _ in potentials["unary"].parameters()):
+            rows, _ = _drawn([e.unary for e in examples], most_rows, seed)
+            _calibrate(potentials["unary"], rows, one)
+    return Fitted(potentials, weight, {**facts, "weight": round(weight, 5)}, unseen)
 
 
 def _fit(
@@ -81,25 +99,37 @@ def _fit(
     head: HeadFactory,
     features: FeatureSet,
     target: str,
+    folds: int,
     seed: int,
     jobs: int,
-) -> tuple[Potential, dict[str, Any]]:
+) -> tuple[CrossFit, dict[str, Any]]:
     columns = features.of(kind)
     chosen = torch.tensor([COLUMNS[kind].index(name) for name in columns])
     seen = rows.features[:, chosen].double()
     as_bit = target == "bit" and kind in ("unary", "pairwise")
-    wanted = (rows.target > GOOD).double() if as_bit else rows.target
+    wanted = rows.bad.double() if as_bit else rows.target
     weight = None if as_bit else rows.pixels.sqrt() / rows.pixels.sqrt().mean()
-    found = choose_c(seen, wanted, group, columns, head, weight=weight, seed=seed, jobs=jobs)
-    potential = fit_potential(
-        seen, wanted, group, columns, head, c=found.c, weight=weight, seed=seed, jobs=jobs
+    found = choose_c(seen, wanted, group, columns, head, weight=weight, folds=folds, seed=seed, jobs=jobs)
+    fit = cross_fit(
+        seen,
+        wanted,
+        group,
+        columns,
+        head,
+        c=found.c,
+        weight=weight,
+        bad=rows.bad,
+        folds=folds,
+        seed=seed,
+        jobs=jobs,
     )
     loss = found.held_out_loss.get(found.c)
-    return potential, {
+    return fit, {
         "rows": len(wanted),
-        "bad_share": round(float((rows.target > GOOD).double().mean()), 4),
+        "bad_share": round(float(rows.bad.double().mean()), 4),
         "c": found.c,
         "held_out_loss": None if loss is None else round(loss, 5),
+        "held_out_auc": round(float(roc_auc_score(rows.bad.numpy(), fit.held_out.numpy())), 4),
     }
 
 
@@ -116,6 +146,6 @@ def _drawn(parts: Sequence[Rows], most: int, seed: int) -> tuple[Rows, Tensor]:
 
 def _calibrate(potential: Potential, rows: Rows, columns: Tensor) -> None:
     """Platt's numbers anew, for a potential that has learned on since."""
-    a, b = platt(potential(rows.features[:, columns].double()).detach(), (rows.target > GOOD).double())
+    a, b = platt(potential(rows.features[:, columns].double()).detach(), rows.bad.double())
     potential.a.fill_(a)
     potential.b.fill_(b)

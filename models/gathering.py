@@ -20,7 +20,8 @@ from blockstab.energy.overlap import Parts
 from blockstab.export import write_whole
 from blockstab.fingerprint import fingerprint
 from blockstab.proposals import stamp_of
-from models.examples import KINDS, ExampleMaker, Examples, Rows, States
+from models.examples import ExampleMaker
+from models.rows import KINDS, Examples, Rows, States
 
 _OF_STATES = ("unary", "pairwise", "loss", "error")  # the rest is in `Parts`
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 from typing import Any
 
 import torch
 from torch import Tensor, nn
+
+from models.trees import booster
 
 CLIP = 5.0  # standard deviations; "relative" features, divided by a volume, have long tails
 
@@ -29,6 +30,9 @@ class Head(nn.Module):
     def grown(self, features: Tensor, target: Tensor, weight: Tensor, c: float, seed: int) -> Head | None:
         """This head after training of its own on standardised rows; None for heads that follow a gradient."""
         return None
+
+    def check(self, features: int) -> None:
+        """Raises ValueError, in one line, if what a checkpoint gave this head cannot be used on so many features."""
 
 
 class LinearHead(Head):
@@ -72,13 +76,13 @@ class TreesHead(Head):
         self.register_buffer("text", torch.zeros(length, dtype=torch.uint8))
 
     def grown(self, features: Tensor, target: Tensor, weight: Tensor, c: float, seed: int) -> TreesHead:
-        """Trees that lower the squared error; C is the inverse of the penalty on the leaves."""
+        """Trees that lower the cross entropy, of shares too; C is the inverse of the penalty on the leaves."""
         import lightgbm
 
         rows = lightgbm.Dataset(features.numpy(), target.numpy(), weight=weight.numpy())
         settings = {
-            "objective": "regression",
-            "learning_rate": 0.06,
+            "objective": "cross_entropy",
+            "learning_rate": 0.05,
             "num_leaves": self.arguments["leaves"],
             "min_data_in_leaf": 30,
             "feature_fraction": 0.5,
@@ -100,25 +104,15 @@ class TreesHead(Head):
     def forward(self, features: Tensor) -> Tensor:
         if not len(self.text) or not len(features):
             return features.new_zeros(len(features))
-        found = booster(bytes(self.text.numpy()).decode()).predict(features.detach().numpy(), num_threads=1)
+        found = self._trees(features.shape[1]).predict(features.detach().numpy(), num_threads=1)
         return torch.from_numpy(found)
 
+    def check(self, features: int) -> None:
+        if len(self.text):
+            self._trees(features)
 
-# Reading the text takes longer than judging an image.
-@lru_cache(maxsize=32)
-def booster(text: str) -> Any:
-    """LightGBM's model of a text, read once.
-
-    Raises:
-        ValueError: if it is none.
-    """
-    from lightgbm import Booster
-    from lightgbm.basic import LightGBMError
-
-    try:
-        return Booster(model_str=text)
-    except LightGBMError as error:
-        raise ValueError(f"the trees cannot be read: {error}") from None
+    def _trees(self, features: int) -> Any:
+        return booster(bytes(self.text.numpy()).decode("latin-1"), features)
 
 
 HeadFactory = Callable[[int], Head]  # from the number of features: a class above, or a partial of one

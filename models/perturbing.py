@@ -1,4 +1,4 @@
-"""Random moves that lead away from a segmentation, for examples of what a search may meet (paper, section 7.1)."""
+"""Random moves that lead away from segmentations, for examples of what a search may meet (paper, section 7.1)."""
 
 from __future__ import annotations
 
@@ -11,15 +11,19 @@ from blockstab.search.moves import Move
 from blockstab.search.problem import Problem
 
 
-def walk(
-    start: Rating, problem: Problem, moves: Sequence[Move], steps: int, generator: torch.Generator
+def walks(
+    starts: Sequence[Rating], problem: Problem, moves: Sequence[Move], steps: int, generator: torch.Generator
 ) -> list[Rating]:
-    """The segmentations on a random walk: at each step a kind of move, drawn alike, then one of its moves."""
-    now, visited = start, list[Rating]()
+    """The segmentations on random walks, one from each start: at each step a kind of move, drawn alike, then a move.
+
+    The walks go in step, so that what all of them come to is worked out in one batch.
+    """
+    now, visited = list(starts), list[Rating]()
     for _ in range(steps):
-        move = moves[int(torch.randint(len(moves), (1,), generator=generator))]
-        results = move(now, problem, 1, generator)
-        if results:
-            (now,) = problem.rate(results[:1])
-            visited.append(now)
+        drawn = torch.randint(len(moves), (len(now),), generator=generator).tolist()
+        results = [moves[kind](one, problem, 1, generator)[:1] for kind, one in zip(drawn, now, strict=True)]
+        moved = [k for k, result in enumerate(results) if result]
+        for k, rating in zip(moved, problem.rate([results[k][0] for k in moved]), strict=True):
+            now[k] = rating
+            visited.append(rating)
     return visited

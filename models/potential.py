@@ -10,21 +10,39 @@ import torch
 from joblib import Parallel, delayed
 from rich.console import Console
 from rich.progress import track
-from sklearn.model_selection import GroupKFold
 from torch import Tensor
 
 from blockstab.threads import one_thread
 from models.calibration import platt
 from models.heads import HeadFactory, Potential, initialised
 from models.losses import balanced_weights, squared_epsilon_insensitive
+from models.rows import GOOD
 from models.training import train_potential
 
-GOOD = 0.1  # badness up to which something counts as good: an overlap of 90 % (paper, section 7.1)
 FOLDS = 5
 EPOCHS = 10  # of 20 iterations: a linear head is at its optimum by then, a network near one
 
 
-def fit_potential(
+class CrossFit(NamedTuple):
+    """A potential, and those that had not seen some of the images.
+
+    Args:
+        potential: of all rows, calibrated.
+        unseen: for each fold, a potential of the other folds' images, not calibrated; `fold_of` tells the fold.
+        held_out: (N,) of each row, from the potential that had not seen its image.
+    """
+
+    potential: Potential
+    unseen: tuple[Potential, ...]
+    held_out: Tensor
+
+
+def fold_of(groups: Tensor, folds: int) -> Tensor:
+    """The fold of each image, (N,): in turn, so that sets that follow each other are shared out evenly."""
+    return groups % folds
+
+
+def cross_fit(
     features: Tensor,
     target: Tensor,
     groups: Tensor,
@@ -33,11 +51,12 @@ def fit_potential(
     *,
     c: float,
     weight: Tensor | None = None,
+    bad: Tensor | None = None,
     epochs: int = EPOCHS,
     folds: int = FOLDS,
     seed: int = 0,
     jobs: int = 1,
-) -> Potential:
+) -> CrossFit:
     """Train a potential on all rows, and calibrate it on potentials from fits that had not seen the row.
 
     Args:
@@ -48,26 +67,29 @@ def fit_potential(
         head: `LinearHead`, `MLPHead`, a partial of one, or a class of your own.
         c: inverse strength of the penalty, see `svr_objective`; `choose_c` finds it.
         weight: (N,) of each row in the loss; where None, good and bad rows count the same.
+        bad: (N,) bool, what calibration tells from good; where None, a target above `GOOD`.
         epochs: at most; training ends when the objective no longer falls.
         folds: how many parts calibration makes of the images.
         seed: decides the head's first parameters, and with them everything.
         jobs: fits side by side; no number depends on it.
 
     Returns:
-        A potential whose parameters ask for no gradient.
+        Potentials whose parameters ask for no gradient.
 
     Raises:
         ValueError: naming what is wrong with the rows.
     """
     weight = _checked_weights(features, target, groups, columns, folds, weight)
     fit = partial(train_potential, columns=columns, head=head, c=c, epochs=epochs, seed=seed)
-    (unseen,) = _unseen([fit], features, target, weight, groups, folds, jobs)
+    everything = torch.ones(len(target), dtype=torch.bool)
+    trains = [everything, *(~fold for fold in _folds(groups, folds))]
+    potential, *unseen = _side_by_side([fit], features, target, weight, trains, jobs)
+    held_out = _held_out(unseen, features, groups, folds)
     with one_thread():
-        a, b = platt(unseen, (target > GOOD).double())
-    potential = fit(features, target, weight)
+        a, b = platt(held_out, (target > GOOD if bad is None else bad).double())
     potential.a.fill_(a)
     potential.b.fill_(b)
-    return potential.requires_grad_(False)
+    return CrossFit(potential, tuple(unseen), held_out)
 
 
 class ChosenC(NamedTuple):
@@ -91,16 +113,21 @@ def choose_c(
     seed: int = 0,
     jobs: int = 1,
 ) -> ChosenC:
-    """The C with the least loss on held-out images, the smaller of equals; the rest as in `fit_potential`."""
+    """The C with the least loss on held-out images, the smaller of equals; the rest as in `cross_fit`."""
     weight = _checked_weights(features, target, groups, columns, folds, weight)
     grid = sorted(grid or initialised(head, len(columns), seed).grid)
     if len(grid) == 1:
         return ChosenC(grid[0], {})
     fits = [partial(train_potential, columns=columns, head=head, c=c, epochs=epochs, seed=seed) for c in grid]
-    unseen = _unseen(fits, features, target, weight, groups, folds, jobs)
+    trains = [~fold for fold in _folds(groups, folds)]
+    fitted = _side_by_side(fits, features, target, weight, trains, jobs)
     losses = {
-        c: float(squared_epsilon_insensitive(potentials, target, weight))
-        for c, potentials in zip(grid, unseen, strict=True)
+        c: float(
+            squared_epsilon_insensitive(
+                _held_out(fitted[k * folds : (k + 1) * folds], features, groups, folds), target, weight
+            )
+        )
+        for k, c in enumerate(grid)
     }
     return ChosenC(min(losses, key=losses.__getitem__), losses)
 
@@ -108,34 +135,38 @@ def choose_c(
 _Fit = Callable[[Tensor, Tensor, Tensor], Potential]
 
 
-def _unseen(
+def _folds(groups: Tensor, folds: int) -> list[Tensor]:
+    """(N,) bool for each fold, the rows of its images."""
+    return [fold_of(groups, folds) == k for k in range(folds)]
+
+
+def _held_out(unseen: Sequence[Potential], features: Tensor, groups: Tensor, folds: int) -> Tensor:
+    """(N,) potentials of all rows, each from the potential that had not seen its image."""
+    potentials = torch.empty(len(features), dtype=torch.float64)
+    for potential, fold in zip(unseen, _folds(groups, folds), strict=True):
+        potentials[fold] = potential(features[fold])
+    return potentials
+
+
+def _side_by_side(
     fits: Sequence[_Fit],
     features: Tensor,
     target: Tensor,
     weight: Tensor,
-    groups: Tensor,
-    folds: int,
+    trains: Sequence[Tensor],
     jobs: int,
-) -> list[Tensor]:
-    """For each way to fit, potentials of all rows, (N,), each from a fit to the images of the other folds."""
-    splits = list(GroupKFold(folds).split(features, groups=groups))
-    work = [
-        delayed(_judged)(fit, features[train], target[train], weight[train], features[test])
-        for fit in fits
-        for train, test in splits
-    ]
+) -> list[Potential]:
+    """For each way to fit, a potential of each choice of rows."""
+    work = [delayed(_fitted)(fit, features[t], target[t], weight[t]) for fit in fits for t in trains]
     done = Parallel(n_jobs=jobs, return_as="generator")(work)
     console = Console(stderr=True)
-    bar = track(
-        done, "cross-validation", len(work), transient=True, console=console, disable=not console.is_terminal
+    return list(
+        track(done, "fits", len(work), transient=True, console=console, disable=not console.is_terminal)
     )
-    order = torch.cat([torch.from_numpy(test) for _, test in splits]).argsort()
-    return list(torch.cat(list(bar)).view(len(fits), -1)[:, order])
 
 
-def _judged(fit: _Fit, features: Tensor, target: Tensor, weight: Tensor, unseen: Tensor) -> Tensor:
-    """Potentials of the rows of `unseen` from a fit to the others."""
-    return fit(features, target, weight)(unseen).detach()
+def _fitted(fit: _Fit, features: Tensor, target: Tensor, weight: Tensor) -> Potential:
+    return fit(features, target, weight).requires_grad_(False)
 
 
 def _checked_weights(

@@ -14,8 +14,8 @@ from torch import Tensor
 from blockstab.export import write_whole
 from blockstab.features.appearance import APPEARANCE_COLUMNS, Variant
 from blockstab.proposals.silberman import Silberman
-from models.heads import booster
 from models.shipped import read_learned
+from models.trees import booster
 
 FORMAT = 1
 MAX_BYTES = 64 * 2**20
@@ -42,7 +42,14 @@ class BoostedStage:
         """
         if not len(appearance):
             return appearance.new_zeros(0)
-        return torch.from_numpy(booster(self.trees).predict(appearance.numpy(), num_threads=1))
+        return torch.from_numpy(self._read().predict(appearance.numpy(), num_threads=1))
+
+    def check(self) -> None:
+        """Raises ValueError, in one line, if the trees cannot be read."""
+        self._read()
+
+    def _read(self) -> Any:
+        return booster(self.trees, len(APPEARANCE_COLUMNS))
 
 
 @dataclass(frozen=True, repr=False)
@@ -106,7 +113,7 @@ def _merging(record: dict[str, Any]) -> StagedMerging:
     if not isinstance(record["provenance"], dict):
         raise ValueError("provenance must be an object.")
     for stage in stages:
-        booster(stage.trees)
+        stage.check()
     return StagedMerging(record["variant"], stages, record["provenance"])
 
 

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pytorch_lightning as pl
 import torch
 from torch import Tensor, nn
 from torch.utils.data import DataLoader
 
-from blockstab.energy.overlap import expected_loss
+from blockstab.energy.overlap import Parts, TwoJudges, expected_loss
 from blockstab.threads import one_thread
-from models.examples import States
 from models.heads import Potential
+from models.parsing import ParsingPotentials
+from models.rows import States
 from models.training import quiet_lightning
 
 EPOCHS = 4
+LEAST_WEIGHT = 0.01  # of boundaries, to learn on from
 LEARNING_RATE = 1e-3
 _SCALE = 20.0  # energies are shares of all pixels, of which objects cover a small part
 
@@ -34,7 +37,7 @@ class StructuredFit(pl.LightningModule):
     """
 
     def __init__(
-        self, unary: Potential, pairwise: Potential, columns: tuple[Tensor, Tensor], weight: float = 0.05
+        self, unary: Potential, pairwise: Potential, columns: tuple[Tensor, Tensor], weight: float
     ) -> None:
         super().__init__()
         self.unary, self.pairwise, self.columns = unary, pairwise, columns
@@ -49,7 +52,8 @@ class StructuredFit(pl.LightningModule):
         """The loss of one image."""
         phi = self.unary(batch.unary[:, self.columns[0]].double())
         psi = self.pairwise(batch.pairwise[:, self.columns[1]].double())
-        loss = _SCALE * margin_loss(expected_loss(batch.parts, phi, psi, self.weight), batch.error)
+        energy = expected_loss(_objects(batch.parts), phi, psi, self.weight) + background_loss(batch)
+        loss = _SCALE * margin_loss(energy, batch.error)
         objects = ~batch.parts.background
         area = batch.parts.area[objects]
         kept = (area * (phi[objects] - batch.loss[objects]).square()).sum() / area.sum()
@@ -67,6 +71,21 @@ class StructuredFit(pl.LightningModule):
         return torch.optim.Adam([slow, {"params": [self.log_weight], "lr": 20 * LEARNING_RATE}])
 
 
+def background_loss(states: States) -> Tensor:
+    """(S,) the true loss of each segmentation by the things in its background.
+
+    What background potentials say of it is another question, and depends on when the states were made.
+    """
+    parts = _objects(states.parts)
+    nothing = torch.zeros(len(parts.smaller), dtype=torch.float64)
+    return states.error - expected_loss(parts, states.loss, nothing, 0.0)
+
+
+def _objects(parts: Parts) -> Parts:
+    """The same, where background loses nothing."""
+    return replace(parts, lost=torch.zeros_like(parts.lost))
+
+
 def margin_loss(energy: Tensor, error: Tensor) -> Tensor:
     """Mean of `max(0, E(truth) + error - E(visited))`; the truth comes first in (S,) energies and (S,) errors."""
     short = (energy[0] - energy[1:]) + (error[1:] - error[0])
@@ -74,16 +93,23 @@ def margin_loss(energy: Tensor, error: Tensor) -> Tensor:
 
 
 def fit_structured(
-    unary: Potential, pairwise: Potential, columns: tuple[Tensor, Tensor], states: Sequence[States], seed: int
+    unary: Potential,
+    pairwise: Potential,
+    columns: tuple[Tensor, Tensor],
+    states: Sequence[States],
+    weight: float,
+    seed: int,
 ) -> float:
-    """Train both potentials further, in place, and give the weight of boundaries; one image a step, by one thread.
+    """Train both potentials further, in place, and the weight of boundaries; one image a step, by one thread.
 
-    Heads without a gradient stay as they are, and the weight alone is learned.
+    Heads without a gradient stay as they are, and so does the weight.
     """
-    for potential in (unary, pairwise):
-        for parameter in potential.parameters():
-            parameter.requires_grad_(True)
-    fit = StructuredFit(unary, pairwise, columns)
+    parameters = [p for potential in (unary, pairwise) for p in potential.parameters()]
+    if not parameters:
+        return weight
+    for parameter in parameters:
+        parameter.requires_grad_(True)
+    fit = StructuredFit(unary, pairwise, columns, max(weight, LEAST_WEIGHT))
     order = torch.randperm(len(states), generator=torch.Generator().manual_seed(seed))
     with quiet_lightning(), one_thread():
         trainer = pl.Trainer(
@@ -99,3 +125,27 @@ def fit_structured(
     for potential in (unary, pairwise):
         potential.requires_grad_(False)
     return float(fit.weight.detach())
+
+
+def held_out_weight(judges: Sequence[ParsingPotentials], states: Sequence[States]) -> float:
+    """The weight of boundaries with which the energy of objects follows their error best, 0 or more.
+
+    That of least squares: error = a * (segments + weight * boundaries), whatever the image.
+
+    Args:
+        judges: of each image, potentials that have not seen it.
+        states: of each image.
+    """
+    terms, errors = list[Tensor](), list[Tensor]()
+    for judge, some in zip(judges, states, strict=True):
+        phi, psi = TwoJudges(judge)(some.unary), judge.pairwise(some.pairwise)
+        parts = _objects(some.parts)
+        segments = expected_loss(parts, phi, psi, 0.0)
+        boundaries = expected_loss(parts, phi, psi, 1.0) - segments
+        both = torch.stack([segments, boundaries], dim=1).detach()
+        terms.append(both - both.mean(dim=0))
+        error = some.error - background_loss(some)
+        errors.append(error - error.mean())
+    found = torch.linalg.lstsq(torch.cat(terms), torch.cat(errors)[:, None], driver="gelsd").solution[:, 0]
+    scale, weighted = found.tolist()
+    return max(weighted / scale, 0.0) if scale > 0 else 0.0

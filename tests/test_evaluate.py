@@ -151,7 +151,7 @@ def test_a_misspelt_part_of_a_method_stops_the_run(place):
 
 
 def test_a_search_can_be_followed_instead_of_scored(place):
-    first = evaluated(place, "+experiment.course=true", "search=greedy")
+    first = evaluated(place, "+experiment.shows=courses", "search=greedy")
     assert set(first) == set()
     rows = results(place)["rows"]
     for row in rows:
@@ -159,5 +159,35 @@ def test_a_search_can_be_followed_instead_of_scored(place):
         assert row["course"]["overlap"]["mean"][-1] == pytest.approx(row["scores"]["overlap"], abs=EXACT)
     files = {file: file.stat().st_mtime_ns for file in (place / "out" / "courses").rglob("course.json")}
     assert len(files) == 4
-    evaluated(place, "+experiment.course=true", "search=greedy")
+    evaluated(place, "+experiment.shows=courses", "search=greedy")
     assert files == {file: file.stat().st_mtime_ns for file in files}
+
+
+def test_so_many_rows_are_made_as_are_named(place):
+    assert set(evaluated(place, f"methods=[{METHODS[1]}]")) == {
+        f"predictions/{METHODS[1]}/scene{k}" for k in range(2)
+    }
+    record = results(place)
+    assert [row["method"] for row in record["rows"]] == record["methods"] == [METHODS[1]]
+    with pytest.raises(ValueError, match="no method 'Lables'; choose from: Start, Labels"):
+        evaluated(place, "methods=[Lables]")
+
+
+def test_an_experiment_shows_what_is_known_to_be_shown(place):
+    with pytest.raises(ValueError, match="No experiment shows 'graphs'; choose from: table, courses, judges"):
+        evaluated(place, "+experiment.shows=graphs")
+
+
+def test_potentials_can_be_asked_about_segments_instead_of_searched_with(place):
+    asked = [
+        "experiment=potentials",
+        f"+experiment.potentials.mine={place}/mine.json",
+        "experiment.walks=2",
+    ]
+    assert set(evaluated(place, *asked)) == set()
+    *shipped, row = results(place)["rows"]
+    assert [one["method"] for one in shipped] == [one["potential"] for one in shipped] != []
+    assert (row["method"], row["potential"]) == ("mine", "mine")
+    assert 0.0 <= row["scores"]["auc"] <= 1.0
+    assert row["ci95"]["auc"][0] <= row["scores"]["auc"] <= row["ci95"]["auc"][1]
+    assert row["segments"] > 10

@@ -122,6 +122,21 @@ def test_what_is_known_of_a_segment_counts_more_than_its_shape():
     assert scene.background.tolist() == [label == 4 for label in labels]
 
 
+def test_the_same_segments_are_understood_by_what_is_told_of_them_whatever_came_before():
+    view = view_of(photograph(*BLOCKS))
+    lower = view.start.segments[labels_of(view, view.start).index(2)]
+    wall = view.start.telling({lower: True})
+    interpret = interpreter(view)
+    before, told, after = (interpret([one])[0] for one in (view.start, wall, view.start))
+    (alone,) = interpreter(view)([wall])
+    place = view.start.segments.index(lower)
+    assert told.background.tolist() == [b or k == place for k, b in enumerate(before.background.tolist())]
+    assert place not in told.supports.supported.tolist()
+    assert place in told.supports.supporter.tolist()  # it still bears what stands on it
+    assert _differences(before, after) == _differences(told, alone) == []
+    assert _differences(before, told) != []
+
+
 @pytest.mark.parametrize("noise", [5e-4, 1.5e-3])
 def test_boxes_that_stand_on_the_ground_become_upright(noise):
     photo = photograph(*BLOCKS, noise=noise)

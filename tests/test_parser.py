@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import jsonschema
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import torch
 from PIL import Image
 
+from blockstab.energy.overlap import TwoJudges, expected_overlap
 from blockstab.export import scene_record, scene_schema, write_parsed
 from blockstab.parsed import Parsed
 from blockstab.parser import Parser
@@ -28,7 +30,8 @@ from tests.tolerance import EXACT
 from tests.toy_potentials import toy_potentials
 
 AS_IT_IS = Parser(LabelFile(), Stay(), toy_potentials())
-SAMPLED = Parser(Watershed(threshold=0.3, least_px=60), RSamp(rounds=3), toy_potentials())
+RECKLESS = partial(expected_overlap, caution=0.0)
+SAMPLED = Parser(Watershed(threshold=0.3, least_px=60), RSamp(rounds=3), toy_potentials(), energy=RECKLESS)
 
 
 @pytest.fixture(scope="module")
@@ -120,7 +123,7 @@ def test_what_is_said_of_segments_and_pairs_agrees_with_the_potentials(frame, sa
     view = make_view(perceive(frame, estimated_ground), SAMPLED.proposal)
     (one,) = SAMPLED.problem(view).describe([scene])
     rows = one.unary
-    torch.testing.assert_close(sampled.unary, potentials.unary(rows), rtol=0.0, atol=EXACT)
+    torch.testing.assert_close(sampled.unary, TwoJudges(potentials)(rows), rtol=0.0, atol=EXACT)
     torch.testing.assert_close(sampled.badness, potentials.unary.badness(rows), rtol=0.0, atol=EXACT)
     pairs, background = scene.pairs, scene.background
     bordering = pairs.neighbours

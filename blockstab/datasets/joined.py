@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from blockstab.datasets.sets import SceneSet
 from blockstab.datasets.truth import Truth
@@ -18,9 +18,20 @@ class JoinedScenes:
 
     Args:
         sets: by a short name each, which comes before the names of its scenes.
+
+    Raises:
+        ValueError: if there is no set, or a short name holds what parts it from the names of scenes.
     """
 
     sets: Mapping[str, SceneSet]
+
+    def __post_init__(self) -> None:
+        wrong = [name for name in self.sets if not name or _BETWEEN in name]
+        if wrong or not self.sets:
+            raise ValueError(
+                f"Sets are joined by short names without {_BETWEEN!r}, one at least, but they are "
+                f"{list(self.sets)!r:.120}; rename them."
+            )
 
     @property
     def name(self) -> str:
@@ -32,9 +43,10 @@ class JoinedScenes:
         return [f"{key}{_BETWEEN}{scene}" for key, data in self.sets.items() for scene in data.scenes()]
 
     def read(self, scene: str) -> tuple[Frame, Truth]:
-        """One scene."""
+        """One scene, under the name that it has here."""
         data, own = self._of(scene)
-        return data.read(own)
+        frame, truth = data.read(own)
+        return replace(frame, name=scene), truth
 
     def stamp(self, scene: str) -> str:
         """That of the set that the scene is from."""

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import torch
 from torch import Tensor
 
 from blockstab.energy import Potential, Rating, asked
+from blockstab.features.columns import LONE_COLUMNS, SEGMENT_COLUMNS
 from blockstab.features.description import Described
 from blockstab.features.pairwise import boundaries
+from blockstab.segments.segmentation import Segment, Segmentation
 from blockstab.view import View
+
+CAUTION = 0.1
 
 
 @dataclass(frozen=True)
@@ -27,23 +32,52 @@ class ExpectedOverlap:
     Boundaries add `weight` times the mean of their potentials, each by the pixels of its smaller segment: what a
     wrong boundary costs.
 
+    What a search finds good is good in part because it is misjudged, as the winner of an auction pays too much. So
+    every segment that `start` does not have costs `caution` times its pixels: a search leaves its start only for what
+    promises more than that.
+
     Args:
         unary, pairwise: the potentials of segments and of boundaries.
         weight: of the boundaries; 0 leaves them out. A 0-d tensor may carry a gradient.
+        caution: the share of a new segment's pixels that it must gain at least.
+        start: the segmentation that is left only with caution.
     """
 
     unary: Potential
     pairwise: Potential
     weight: float | Tensor = 0.0
+    caution: float = 0.0
+    start: Segmentation = field(default_factory=lambda: Segmentation(()))
 
     def __call__(self, scenes: Sequence[Described]) -> list[Rating]:
         """Rate scenes."""
         unary = asked(self.unary, [one.unary for one in scenes])
         pairwise = asked(self.pairwise, [one.pairwise for one in scenes])
         return [
-            Rating(one.scene, phi, psi, expected_loss(parts_of(one), phi, psi, self.weight))
+            Rating(
+                one.scene,
+                phi,
+                psi,
+                expected_loss(parts_of(one), phi, psi, self.weight) + self.caution * self._new(one),
+            )
             for one, phi, psi in zip(scenes, unary, pairwise, strict=True)
         ]
+
+    def _new(self, one: Described) -> float:
+        """The share of the pixels that lie in segments which the start does not have, or has on the other side."""
+        segmentation, pixels = one.scene.segmentation, one.scene.pixels.tolist()
+        told = segmentation.told - self.start.told
+        new = [
+            n
+            for s, n in zip(segmentation.segments, pixels, strict=True)
+            if s not in self._known or any((s, side) in told for side in (False, True))
+        ]
+        share: float = sum(new) / max(sum(pixels), 1)
+        return share
+
+    @cached_property
+    def _known(self) -> frozenset[Segment]:
+        return frozenset(self.start.segments)
 
 
 @dataclass(frozen=True)
@@ -90,15 +124,42 @@ def expected_loss(parts: Parts, unary: Tensor, pairwise: Tensor, weight: float |
     return energies[0] if parts.count == 1 else energies
 
 
-class _Learned(Protocol):
+class _Judges(Protocol):
     @property
     def unary(self) -> Potential: ...
+    @property
+    def alone(self) -> Potential: ...
+
+
+class _Learned(_Judges, Protocol):
     @property
     def pairwise(self) -> Potential: ...
     @property
     def weight(self) -> float: ...
 
 
-def expected_overlap(potentials: _Learned, view: View) -> ExpectedOverlap:
-    """The energy of an image with learned potentials; it is the same for every image."""
-    return ExpectedOverlap(potentials.unary, potentials.pairwise, potentials.weight)
+@dataclass(frozen=True)
+class TwoJudges:
+    """The mean of what two potentials say of a segment: one sees it in its scene, one by itself.
+
+    A search finds what a potential is wrong about. Two that look at different things are seldom wrong about the
+    same, and their mean is harder to fool than either.
+
+    Args:
+        learned: the potentials; `alone` takes the columns `LONE_COLUMNS`, which are among those of `unary`.
+    """
+
+    learned: _Judges
+
+    def __call__(self, features: Tensor) -> Tensor:
+        """Potentials (N,), 0 to 1, of columns `SEGMENT_COLUMNS`."""
+        both = self.learned.unary(features), self.learned.alone(features[:, _LONE])
+        return torch.stack(both).clamp(0.0, 1.0).mean(dim=0)
+
+
+_LONE = torch.tensor([SEGMENT_COLUMNS.index(name) for name in LONE_COLUMNS])
+
+
+def expected_overlap(potentials: _Learned, view: View, caution: float = CAUTION) -> ExpectedOverlap:
+    """The energy of an image with learned potentials, which leaves the start of the image with caution."""
+    return ExpectedOverlap(TwoJudges(potentials), potentials.pairwise, potentials.weight, caution, view.start)

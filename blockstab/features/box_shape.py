@@ -2,25 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
 from blockstab.convex import area, hull
+from blockstab.features.formulas import columns_of
 from blockstab.rgbd.frame import Camera
 from blockstab.rgbd.ground import Ground
 
-BOX_SHAPE_COLUMNS = (
-    "size_least",
-    "size_middle",
-    "size_greatest",
-    "volume_log",
-    "bottom",
-    "top",
-    "fill_of_box",
-)
 _NEAREST = 0.05  # metres from the camera: corners closer, or behind it, count as so far away
 _MIN_VOLUME = 1e-6  # cubic metres
+
+
+class _Measured(NamedTuple):
+    """What is measured of N boxes."""
+
+    sizes: Tensor  # (N, 3) lengths of the edges, ascending, metres
+    volume: Tensor  # (N,) cubic metres
+    height: Tensor  # (N, 8) of the corners above the ground, metres
+    covered: Tensor  # (N,) pixels of the box's outline in the image
+    pixels: Tensor  # (N,) of the segment
+
+
+_FORMULAS: dict[str, Callable[[_Measured], Tensor]] = {
+    "size_least": lambda m: m.sizes[:, 0],
+    "size_middle": lambda m: m.sizes[:, 1],
+    "size_greatest": lambda m: m.sizes[:, 2],
+    "volume_log": lambda m: m.volume.clamp(min=_MIN_VOLUME).log(),
+    "bottom": lambda m: m.height.amin(dim=1),
+    "top": lambda m: m.height.amax(dim=1),
+    "fill_of_box": lambda m: m.pixels / m.covered.clamp(min=1.0),
+}
+BOX_SHAPE_COLUMNS = tuple(_FORMULAS)
 
 
 def box_shape(boxes: Boxes, pixels: Tensor, camera: Camera, ground: Ground) -> Tensor:
@@ -37,12 +54,5 @@ def box_shape(boxes: Boxes, pixels: Tensor, camera: Camera, ground: Ground) -> T
     seen = corners @ ground.world_from_camera
     depth = seen[..., 2].clamp(min=_NEAREST)
     image = torch.stack([camera.fx * seen[..., 0] / depth, camera.fy * seen[..., 1] / depth], dim=-1)
-    covered = area(hull(image))
-    columns = [
-        *(2.0 * boxes.half_extent.sort(dim=1).values).unbind(dim=1),
-        boxes.volume().clamp(min=_MIN_VOLUME).log(),
-        height.amin(dim=1),
-        height.amax(dim=1),
-        pixels.double() / covered.clamp(min=1.0),
-    ]
-    return torch.stack(columns, dim=1)
+    sizes = 2.0 * boxes.half_extent.sort(dim=1).values
+    return columns_of(_FORMULAS, _Measured(sizes, boxes.volume(), height, area(hull(image)), pixels.double()))

@@ -52,11 +52,12 @@ FEATURE_SETS = {
         without_stability(UNARY_COLUMNS), without_stability(PAIRWISE_COLUMNS)
     ),
     "all": FeatureSet(SEGMENT_COLUMNS, PAIRWISE_COLUMNS),
+    "without_stability": FeatureSet(without_stability(SEGMENT_COLUMNS), without_stability(PAIRWISE_COLUMNS)),
 }
 
 
 def feature_set(name: str) -> FeatureSet:
-    """The set of that name: Table 1's, the same without what stability adds (the paper's S/P), or all.
+    """The set of that name: Table 1's (`paper`), or all; or either without what stability adds (the paper's S/P).
 
     Raises:
         ValueError: if there is none.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -11,34 +12,75 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 from torch import Tensor
 
 from blockstab.features.borders import BORDER_CUES, AtomBorders
+from blockstab.features.formulas import columns_of
 from blockstab.percept import Percept
 from blockstab.segments.atoms import Atoms
 from blockstab.segments.hierarchy import Hierarchy, joined_at
 
 QUANTILES = (0.1, 0.25, 0.5)
 WEAK = 0.3  # a boundary of less strength hardly parts two things
-CONTOUR_COLUMNS = (
-    "outline_px",
-    "outline_relative",
-    "outline_least",
-    *(f"outline_quantile_{round(100 * q)}" for q in QUANTILES),
-    "outline_weak_share",
-    "outline_before_share",
-    "outline_behind_share",
-    "outline_blank_share",
-    "outline_rim_share",
-    *(f"outline_{cue}" for cue in BORDER_CUES),
-    "outline_weakest_atom",
-    "outline_joins_at",
-    "interior_relative",
-    "interior_greatest",
-    *(f"interior_{cue}" for cue in BORDER_CUES),
-    "saddle",
-    "saddle_gap",
-    "pieces",
-    "atoms",
-)
 _BLOCK = 256  # segments measured at a time: (segments, borders) tables stay small
+
+
+@dataclass(frozen=True)
+class _Measured:
+    """What is measured of S segments: sums over their outlines and over the borders of atoms inside, in pixels."""
+
+    outline_px: Tensor  # (S,) to other atoms, to what has no label, and to the image's rim
+    interior_px: Tensor  # (S,)
+    pixels: Tensor  # (S,)
+    weak_share: Tensor  # (S,)
+    sides: Tensor  # (S, 4) pixels of outline in the order of `_SIDES`
+    strengths: Tensor  # (S, 1 + Q) the least, and quantiles
+    outline: Tensor  # (S, K) means of `BORDER_CUES`
+    interior: Tensor  # (S, K)
+    weakest_atom: Tensor  # (S,)
+    joins_at: Tensor  # (S,)
+    interior_greatest: Tensor  # (S,)
+    saddle: Tensor  # (S,)
+    pieces: Tensor  # (S,)
+    atoms: Tensor  # (S,)
+
+
+_Formula = Callable[[_Measured], Tensor]
+_SIDES = ("before", "behind", "blank", "rim")
+
+
+def _side(k: int) -> _Formula:
+    return lambda m: m.sides[:, k] / m.outline_px.clamp(min=1.0)
+
+
+def _strength(k: int) -> _Formula:
+    return lambda m: m.strengths[:, k]
+
+
+def _outline(k: int) -> _Formula:
+    return lambda m: m.outline[:, k]
+
+
+def _interior(k: int) -> _Formula:
+    return lambda m: m.interior[:, k]
+
+
+_FORMULAS: dict[str, _Formula] = {
+    "outline_px": lambda m: m.outline_px,
+    "outline_relative": lambda m: m.outline_px / m.pixels.sqrt(),
+    "outline_least": _strength(0),
+    **{f"outline_quantile_{round(100 * q)}": _strength(k) for k, q in enumerate(QUANTILES, start=1)},
+    "outline_weak_share": lambda m: m.weak_share,
+    **{f"outline_{side}_share": _side(k) for k, side in enumerate(_SIDES)},
+    **{f"outline_{cue}": _outline(k) for k, cue in enumerate(BORDER_CUES)},
+    "outline_weakest_atom": lambda m: m.weakest_atom,
+    "outline_joins_at": lambda m: m.joins_at,
+    "interior_relative": lambda m: m.interior_px / m.pixels.sqrt(),
+    "interior_greatest": lambda m: m.interior_greatest,
+    **{f"interior_{cue}": _interior(k) for k, cue in enumerate(BORDER_CUES)},
+    "saddle": lambda m: m.saddle,
+    "saddle_gap": lambda m: m.outline[:, 0] - m.saddle,
+    "pieces": lambda m: m.pieces,
+    "atoms": lambda m: m.atoms,
+}
+CONTOUR_COLUMNS = tuple(_FORMULAS)
 
 
 class Contours:
@@ -64,10 +106,10 @@ class Contours:
     def __call__(self, segments: Sequence[frozenset[int]]) -> Tensor:
         """Columns of S segments, (S, C) float64, in the order of `CONTOUR_COLUMNS`."""
         blocks = [segments[i : i + _BLOCK] for i in range(0, len(segments), _BLOCK)]
-        rows = [self._measured(block) for block in blocks]
+        rows = [columns_of(_FORMULAS, self._measured(block)) for block in blocks]
         return torch.cat(rows) if rows else torch.empty(0, len(CONTOUR_COLUMNS), dtype=torch.float64)
 
-    def _measured(self, segments: Sequence[frozenset[int]]) -> Tensor:
+    def _measured(self, segments: Sequence[frozenset[int]]) -> _Measured:
         atoms, borders = self._atoms, self._borders
         inside = membership(segments, len(atoms))
         one, other = inside[:, atoms.first], inside[:, atoms.second]
@@ -76,33 +118,29 @@ class Contours:
         blank, rim = (held @ borders.open).unbind(dim=1)
         length = outline.double() @ atoms.border_px
         within = interior.double() @ atoms.border_px
-        around = length + blank + rim
-        pixels = held @ atoms.pixels.double()
         ahead, back = borders.front.unbind(dim=1)
         before = (outline & one).double() @ ahead + (outline & other).double() @ back
         behind = (outline & one).double() @ back + (outline & other).double() @ ahead
         saddle, pieces = self._saddles(interior, len(atoms), inside.sum(dim=1))
-        means = _means(outline.double() @ borders.cues, length)
-        quantiles = _quantiles(atoms.strength, outline * atoms.border_px, (0.0, *QUANTILES))
         weak = (outline & (atoms.strength < WEAK)).double() @ atoms.border_px
-        columns = [
-            around,
-            around / pixels.sqrt(),
-            *quantiles.unbind(dim=1),
-            _means(weak, length),
-            *(part / around.clamp(min=1.0) for part in (before, behind, blank, rim)),
-            *means.unbind(dim=1),
-            self._weakest(inside, outline),
-            _least(self._joined, outline),
-            within / pixels.sqrt(),
-            torch.where(interior, atoms.strength, 0.0).amax(dim=1) if len(atoms.first) else 0.0 * within,
-            *_means(interior.double() @ borders.cues, within).unbind(dim=1),
-            saddle,
-            means[:, 0] - saddle,
-            pieces,
-            inside.sum(dim=1),
-        ]
-        return torch.stack([column.double() for column in columns], dim=1)
+        return _Measured(
+            outline_px=length + blank + rim,
+            interior_px=within,
+            pixels=held @ atoms.pixels.double(),
+            weak_share=_means(weak, length),
+            sides=torch.stack([before, behind, blank, rim], dim=1),
+            strengths=_quantiles(atoms.strength, outline * atoms.border_px, (0.0, *QUANTILES)),
+            outline=_means(outline.double() @ borders.cues, length),
+            interior=_means(interior.double() @ borders.cues, within),
+            weakest_atom=self._weakest(inside, outline),
+            joins_at=_least(self._joined, outline),
+            interior_greatest=torch.where(interior, atoms.strength, 0.0).amax(dim=1)
+            if len(atoms.first)
+            else 0.0 * within,
+            saddle=saddle,
+            pieces=pieces,
+            atoms=inside.sum(dim=1),
+        )
 
     def _weakest(self, inside: Tensor, outline: Tensor) -> Tensor:
         """(S,) the least mean strength of the border to one atom outside; 1 without any."""

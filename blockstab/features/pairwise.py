@@ -2,31 +2,52 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import torch
 from torch import Tensor
 
 from blockstab.features.appearance import APPEARANCE_COLUMNS
+from blockstab.features.formulas import columns_of
 from blockstab.features.unary import UNSUPPORTED_M, intersections
 from blockstab.scene import Scene
 from blockstab.segments.segmentation import Pair
 from blockstab.stability.area import on_ground
 
-BOX_COLUMNS = (
-    "intersections_larger",
-    "intersections_smaller",
-    "overlap_relative_larger",
-    "overlap_relative_smaller",
-    "stable_larger",
-    "stable_smaller",
-    "support_surface",
-    "support_partial",
-    "support_side",
-    "supporting",
-    "center_distance",
-    "offset_from_support",
-)
-PAIRWISE_COLUMNS = (*BOX_COLUMNS, *APPEARANCE_COLUMNS)
 _MIN_VOLUME = 1e-6  # cubic metres
+
+
+class _Measured(NamedTuple):
+    """What is measured of M pairs in a scene of N segments; metres and cubic metres."""
+
+    larger: Tensor  # (M,)
+    smaller: Tensor  # (M,)
+    depth: Tensor  # (M,) of the overlap of their boxes
+    apart: Tensor  # (M,) distance of the centres
+    kind: Tensor  # (M,) of support between them, -1 for none
+    offset: Tensor  # (M,) of the centre of mass from the middle of its support area
+    volume: Tensor  # (N,)
+    intersections: Tensor  # (N,)
+    stable: Tensor  # (N,) bool
+
+
+_FORMULAS: dict[str, Callable[[_Measured], Tensor]] = {
+    "intersections_larger": lambda m: m.intersections[m.larger],
+    "intersections_smaller": lambda m: m.intersections[m.smaller],
+    "overlap_relative_larger": lambda m: m.depth / m.volume[m.larger],
+    "overlap_relative_smaller": lambda m: m.depth / m.volume[m.smaller],
+    "stable_larger": lambda m: m.stable[m.larger],
+    "stable_smaller": lambda m: m.stable[m.smaller],
+    "support_surface": lambda m: m.kind == 0,
+    "support_partial": lambda m: m.kind == 1,
+    "support_side": lambda m: m.kind == 2,
+    "supporting": lambda m: m.kind >= 0,
+    "center_distance": lambda m: m.apart,
+    "offset_from_support": lambda m: m.offset,
+}
+BOX_COLUMNS = tuple(_FORMULAS)
+PAIRWISE_COLUMNS = (*BOX_COLUMNS, *APPEARANCE_COLUMNS)
 
 
 def boundaries(scene: Scene) -> tuple[Tensor, Tensor]:
@@ -64,24 +85,19 @@ def box_features(scene: Scene) -> Tensor:
     gap = torch.zeros(n, n, dtype=torch.float64)
     gap[scene.pairs.first, scene.pairs.second] = scene.pairs.gap
     gap = gap + gap.T
-    depth = (-gap[larger, smaller]).clamp(min=0.0)
-    volume = scene.boxes.volume().clamp(min=_MIN_VOLUME)
-    count, _ = intersections(scene)
-    stable = scene.balance.stable.to(torch.float64)
     kind, offset = _support_between(scene, larger, smaller)
-    columns = [
-        count[larger],
-        count[smaller],
-        depth / volume[larger],
-        depth / volume[smaller],
-        stable[larger],
-        stable[smaller],
-        *(kind == t for t in range(3)),
-        kind >= 0,
+    measured = _Measured(
+        larger,
+        smaller,
+        (-gap[larger, smaller]).clamp(min=0.0),
         (scene.boxes.center[larger] - scene.boxes.center[smaller]).norm(dim=-1),
+        kind,
         offset,
-    ]
-    return torch.stack([column.to(torch.float64) for column in columns], dim=1)
+        scene.boxes.volume().clamp(min=_MIN_VOLUME),
+        intersections(scene)[0],
+        scene.balance.stable,
+    )
+    return columns_of(_FORMULAS, measured)
 
 
 def _support_between(scene: Scene, larger: Tensor, smaller: Tensor) -> tuple[Tensor, Tensor]:

@@ -3,39 +3,77 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import torch
 from kornia.color import rgb_to_ycbcr
 from torch import Tensor
 
 from blockstab.features.contour import membership
+from blockstab.features.formulas import columns_of
 from blockstab.percept import Percept
 from blockstab.segments.atoms import Atoms
 
 _COLORS = ("luma", "blue", "red")
-SURFACE_COLUMNS = (
-    "pixels_log",
-    "area_log",
-    "measured_share",
-    "ground_share",
-    "plane_share",
-    "plane_count",
-    *(f"deviation_{color}" for color in _COLORS),
-    *(f"contrast_{color}" for color in _COLORS),
-    "facing_length",
-    "facing_up",
-    "height_mean",
-    "height_deviation",
-    "height_least",
-    "height_greatest",
-    "distance",
-    "elongation",
-    "fill_of_hull",
-    "fill_of_ellipse",
-)
 _DIRECTIONS = 16  # of the lines that touch a segment in the image
 _COUNTED = 0.1  # share of a segment's pixels on a plane that counts as one of its planes
+
+
+@dataclass(frozen=True)
+class _Measured:
+    """What is measured of S segments."""
+
+    pixels: Tensor  # (S,)
+    area: Tensor  # (S,) square metres
+    measured: Tensor  # (S,) pixels with depth
+    flat: Tensor  # (S,) pixels in the ground plane
+    planes: Tensor  # (S, P) share of the pixels on each plane
+    deviation: Tensor  # (S, 3) of `_COLORS`
+    contrast: Tensor  # (S, 3)
+    facing: Tensor  # (S, 3) mean normal
+    height: Tensor  # (S,) metres
+    height_square: Tensor  # (S,)
+    low: Tensor  # (S,)
+    high: Tensor  # (S,)
+    distance: Tensor  # (S,) metres
+    elongation: Tensor  # (S,)
+    hull_px: Tensor  # (S,)
+    ellipse_px: Tensor  # (S,)
+
+
+_Formula = Callable[[_Measured], Tensor]
+
+
+def _deviation(k: int) -> _Formula:
+    return lambda m: m.deviation[:, k]
+
+
+def _contrast(k: int) -> _Formula:
+    return lambda m: m.contrast[:, k]
+
+
+_FORMULAS: dict[str, _Formula] = {
+    "pixels_log": lambda m: m.pixels.log(),
+    "area_log": lambda m: m.area.clamp(min=1e-9).log(),
+    "measured_share": lambda m: m.measured / m.pixels,
+    "ground_share": lambda m: m.flat / m.pixels,
+    "plane_share": lambda m: m.planes.amax(dim=1),
+    "plane_count": lambda m: (m.planes > _COUNTED).sum(dim=1),
+    **{f"deviation_{color}": _deviation(k) for k, color in enumerate(_COLORS)},
+    **{f"contrast_{color}": _contrast(k) for k, color in enumerate(_COLORS)},
+    "facing_length": lambda m: m.facing.norm(dim=1),
+    "facing_up": lambda m: m.facing[:, 1],
+    "height_mean": lambda m: m.height,
+    "height_deviation": lambda m: (m.height_square - m.height.square()).clamp(min=0.0).sqrt(),
+    "height_least": lambda m: m.low,
+    "height_greatest": lambda m: m.high,
+    "distance": lambda m: m.distance,
+    "elongation": lambda m: m.elongation,
+    "fill_of_hull": lambda m: m.pixels / m.hull_px.clamp(min=1.0),
+    "fill_of_ellipse": lambda m: m.pixels / m.ellipse_px.clamp(min=1.0),
+}
+SURFACE_COLUMNS = tuple(_FORMULAS)
 
 
 class Surfaces:
@@ -101,30 +139,27 @@ class Surfaces:
         deviation = (color[:, 3:] - color[:, :3].square()).clamp(min=0.0).sqrt()
         facing = held @ self._facing
         facing = facing[:, :3] / facing[:, 3:].clamp(min=1.0)
-        mean = height / known
         low, high = self._extremes(inside)
         elongation, ellipse = self._ellipse(held, pixels)
-        columns = [
-            pixels.log(),
-            area.clamp(min=1e-9).log(),
-            measured / pixels,
-            flat / pixels,
-            planes.amax(dim=1),
-            (planes > _COUNTED).sum(dim=1),
-            *deviation.unbind(dim=1),
-            *self._contrast(inside, color[:, :3]).unbind(dim=1),
-            facing.norm(dim=1),
-            facing[:, 1],
-            mean,
-            (square / known - mean.square()).clamp(min=0.0).sqrt(),
-            low,
-            high,
-            depth / known,
-            elongation,
-            pixels / self._hull(inside).clamp(min=1.0),
-            pixels / ellipse.clamp(min=1.0),
-        ]
-        return torch.stack([column.double() for column in columns], dim=1)
+        found = _Measured(
+            pixels=pixels,
+            area=area,
+            measured=measured,
+            flat=flat,
+            planes=planes,
+            deviation=deviation,
+            contrast=self._contrast(inside, color[:, :3]),
+            facing=facing,
+            height=height / known,
+            height_square=square / known,
+            low=low,
+            high=high,
+            distance=depth / known,
+            elongation=elongation,
+            hull_px=self._hull(inside),
+            ellipse_px=ellipse,
+        )
+        return columns_of(_FORMULAS, found)
 
     def _contrast(self, inside: Tensor, color: Tensor) -> Tensor:
         """(S, 3) how far the mean colours are from those of the atoms around, by length of border."""

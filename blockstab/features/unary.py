@@ -2,38 +2,64 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import torch
 from torch import Tensor
 
+from blockstab.features.formulas import columns_of
 from blockstab.scene import Scene
 from blockstab.stability.area import on_ground
 from blockstab.stability.support import tilt
 
-SCALAR_COLUMNS = (
-    "orientation",
-    "surface_distance_mean",
-    "surface_distance_variance",
-    "surface_distance_mean_relative",
-    "surface_distance_variance_relative",
-    "density",
-    "visible_share",
-    "intersections",
-    "stable",
-    "stable_alone",
-    "overlap",
-    "overlap_relative",
-    "offset_from_support",
-    "offset_from_support_relative",
-)
-UNARY_COLUMNS = (
-    *SCALAR_COLUMNS,
-    *(f"offset_from_corner_{k}" for k in range(8)),
-    *(f"offset_from_corner_{k}_relative" for k in range(8)),
-)
-
 OVERLAP_M = 0.01  # boxes that touch overlap a little by depth noise; deeper than this, they intersect
 UNSUPPORTED_M = 1.0  # the distance to a support area that is not there
 _MIN_VOLUME = 1e-6  # cubic metres
+
+
+class _Measured(NamedTuple):
+    """What is measured of N segments, each of (N,) but the last; metres and cubic metres."""
+
+    scene: Scene
+    volume: Tensor
+    orientation: Tensor
+    intersections: Tensor
+    overlap: Tensor
+    from_support: Tensor
+    from_corners: Tensor  # (N, 8) ascending
+
+
+_Formula = Callable[[_Measured], Tensor]
+
+
+def _corner(k: int) -> _Formula:
+    return lambda m: m.from_corners[:, k]
+
+
+def _corner_relative(k: int) -> _Formula:
+    return lambda m: m.from_corners[:, k] / m.volume
+
+
+_FORMULAS: dict[str, _Formula] = {
+    "orientation": lambda m: m.orientation,
+    "surface_distance_mean": lambda m: m.scene.fit_mean,
+    "surface_distance_variance": lambda m: m.scene.fit_variance,
+    "surface_distance_mean_relative": lambda m: m.scene.fit_mean / m.volume,
+    "surface_distance_variance_relative": lambda m: m.scene.fit_variance / m.volume,
+    "density": lambda m: m.scene.points / m.volume,
+    "visible_share": lambda m: m.scene.visible_share,
+    "intersections": lambda m: m.intersections,
+    "stable": lambda m: m.scene.balance.stable,
+    "stable_alone": lambda m: m.scene.balance.stable_alone,
+    "overlap": lambda m: m.overlap,
+    "overlap_relative": lambda m: m.overlap / m.volume,
+    "offset_from_support": lambda m: m.from_support,
+    "offset_from_support_relative": lambda m: m.from_support / m.volume,
+    **{f"offset_from_corner_{k}": _corner(k) for k in range(8)},
+    **{f"offset_from_corner_{k}_relative": _corner_relative(k) for k in range(8)},
+}
+UNARY_COLUMNS = tuple(_FORMULAS)
 
 
 def unary_features(scene: Scene) -> Tensor:
@@ -42,31 +68,18 @@ def unary_features(scene: Scene) -> Tensor:
     "Relative" values are divided by the volume of the box, as the caption of Table 1 says. Offsets are horizontal
     distances from the centre of mass of the box with all that rests on it; those from its corners are sorted.
     """
-    volume = scene.boxes.volume().clamp(min=_MIN_VOLUME)
-    orientation = tilt(scene.boxes.rotation.transpose(1, 2)).amin(dim=1)
-    count, overlap = intersections(scene)
     mass_center = on_ground(scene.balance.mass_center)
     from_support = (mass_center - scene.balance.support_center).norm(dim=-1).nan_to_num(UNSUPPORTED_M)
-    from_support = from_support.clamp(max=UNSUPPORTED_M)
-    from_corners = (on_ground(scene.boxes.corners()) - mass_center[:, None]).norm(dim=-1).sort(dim=1).values
-    scalars = [
-        orientation,
-        scene.fit_mean,
-        scene.fit_variance,
-        scene.fit_mean / volume,
-        scene.fit_variance / volume,
-        scene.points / volume,
-        scene.visible_share,
-        count,
-        scene.balance.stable,
-        scene.balance.stable_alone,
-        overlap,
-        overlap / volume,
-        from_support,
-        from_support / volume,
-    ]
-    columns = torch.stack([column.to(torch.float64) for column in scalars], dim=1)
-    return torch.cat([columns, from_corners, from_corners / volume[:, None]], dim=1)
+    from_corners = (on_ground(scene.boxes.corners()) - mass_center[:, None]).norm(dim=-1)
+    measured = _Measured(
+        scene,
+        scene.boxes.volume().clamp(min=_MIN_VOLUME),
+        tilt(scene.boxes.rotation.transpose(1, 2)).amin(dim=1),
+        *intersections(scene),
+        from_support.clamp(max=UNSUPPORTED_M),
+        from_corners.sort(dim=1).values,
+    )
+    return columns_of(_FORMULAS, measured)
 
 
 def intersections(scene: Scene) -> tuple[Tensor, Tensor]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import torch
 
-from blockstab.energy.overlap import ExpectedOverlap, expected_loss, parts_of
+from blockstab.energy.overlap import ExpectedOverlap, TwoJudges, expected_loss, parts_of
 from blockstab.energy.truth import true_overlap
+from blockstab.features.columns import LONE_COLUMNS, SEGMENT_COLUMNS
 from blockstab.percept import estimated_ground, perceive
 from blockstab.proposals.watershed import Watershed
 from blockstab.reasoning import Rules
@@ -17,10 +20,11 @@ from blockstab.search import rank
 from blockstab.search.moves.every import EVERY
 from blockstab.search.problem import problem_of
 from blockstab.search.truth import true_segmentation
+from blockstab.segments.segmentation import Segmentation
 from blockstab.view import View, make_view
 from models.examples import Neutral
 from models.heads import LinearHead, initialised
-from models.perturbing import walk
+from models.perturbing import walks
 from tests.box_scene import scene_of
 from tests.energy.described import described, first_column
 from tests.synthetic import BLOCKS, photograph, view_of
@@ -48,6 +52,37 @@ def test_energy_does_not_depend_on_how_many_pieces_the_wrong_part_lies_in():
     assert float(one.energy) == pytest.approx(float(other.energy), abs=EXACT)
 
 
+def test_every_segment_that_the_start_does_not_have_costs_its_share_of_caution():
+    scene = scene_of(*ROW, pixels=[300, 120, 80])
+    segments = scene.segmentation.segments
+    one = described(scene, [0.2, 0.3, 0.4])
+    (base,) = ExpectedOverlap(first_column, first_column)([one])
+    for known, new in ((segments, 0), (segments[:2], 80), (segments[1:], 300), ((), 500)):
+        energy = ExpectedOverlap(first_column, first_column, caution=0.1, start=Segmentation(tuple(known)))
+        (rating,) = energy([one])
+        assert float(rating.energy - base.energy) == pytest.approx(0.1 * new / 500, abs=EXACT)
+
+
+def test_a_segment_that_changes_sides_is_new():
+    scene = scene_of(*ROW, pixels=[300, 120, 80])
+    start = scene.segmentation
+    turned = replace(scene, segmentation=start.telling({start.segments[1]: True}))
+    energy = ExpectedOverlap(first_column, first_column, caution=0.1, start=start)
+    same, other = energy([described(one, [0.2, 0.3, 0.4]) for one in (scene, turned)])
+    assert float(other.energy - same.energy) == pytest.approx(0.1 * 120 / 500, abs=EXACT)
+    told = ExpectedOverlap(first_column, first_column, caution=0.1, start=turned.segmentation)
+    (rating,) = told([described(turned, [0.2, 0.3, 0.4])])
+    assert float(rating.energy) == pytest.approx(float(same.energy), abs=EXACT)
+
+
+def test_two_judges_are_the_mean_of_what_they_say_of_a_segment():
+    rows = torch.rand(5, len(SEGMENT_COLUMNS), generator=torch.Generator().manual_seed(0)).double()
+    both = SimpleNamespace(unary=lambda x: 4 * x[:, 0] - 1, alone=lambda x: x[:, -1])
+    assert LONE_COLUMNS[-1] == SEGMENT_COLUMNS[-1]
+    expected = ((4 * rows[:, 0] - 1).clamp(0, 1) + rows[:, -1]) / 2
+    torch.testing.assert_close(TwoJudges(both)(rows), expected, rtol=0, atol=EXACT)
+
+
 def test_the_rating_of_a_scene_is_the_same_within_1e_9_whatever_scenes_are_rated_with_it():
     head = initialised(LinearHead, 92, 3).double()
     energy = ExpectedOverlap(lambda rows: head(rows[:, :92]), first_column, 0.3)
@@ -68,12 +103,12 @@ def test_a_gradient_reaches_the_potentials_and_the_weight_of_boundaries():
     assert float(phi.grad[0]) == 0.0  # background has no say
 
 
-def perturbations_of_the_truth(view: View, walks: int) -> tuple[float, list[float]]:
+def perturbations_of_the_truth(view: View, count: int) -> tuple[float, list[float]]:
     """The energy of the truth drawn on atoms, with the true overlap as potential, and those on walks away from it."""
     problem = problem_of(view, Rules(), Neutral(), true_overlap)
     (truth,) = problem.rate([true_segmentation(problem)])
     generator = torch.Generator().manual_seed(1)
-    visited = [r for _ in range(walks) for r in walk(truth, problem, EVERY, 6, generator)]
+    visited = walks([truth] * count, problem, EVERY, 6, generator)
     # A walk may come back to where it started.
     start = set(truth.scene.segmentation.segments)
     return rank(truth), [rank(r) for r in visited if set(r.scene.segmentation.segments) != start]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import torch
 from torch import Tensor
 
@@ -26,12 +28,13 @@ def clutter(generator: torch.Generator, unlabelled: bool = False) -> tuple[Perce
     percept = cluttered(label + 1, generator)
     holes = torch.rand(HEIGHT, WIDTH, generator=generator) < 0.1
     valid = percept.cloud.valid & ~holes
-    vars(percept)["cloud"] = type(percept.cloud)(
+    cloud = type(percept.cloud)(
         percept.cloud.points * valid[..., None],
         percept.cloud.normals * valid[..., None],
         valid,
         percept.cloud.depth * valid,
     )
+    percept = replace(percept, cloud=cloud)
     return percept, make_atoms(atoms, percept.boundaries.strength)
 
 

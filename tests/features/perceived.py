@@ -10,10 +10,12 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from blockstab.boundaries import BoundaryMap
+from blockstab.boundaries.cues import CUES
 from blockstab.percept import Percept
 from blockstab.rgbd.cloud import Cloud
 from blockstab.rgbd.frame import Camera, Frame
 from blockstab.rgbd.ground import Ground, world_from_camera
+from blockstab.segments.planes import PlaneMap
 
 HEIGHT, WIDTH, FOCAL = 60, 80, 80.0
 
@@ -39,17 +41,24 @@ def cluttered(label: Tensor, generator: torch.Generator, tilt: float = 0.3) -> P
     depth = 0.8 + drawn(len(kind))[label] + 0.05 * drawn(*label.shape)
     color = (200 * drawn(len(kind), 3)[label] + 55 * drawn(*label.shape, 3)).to(torch.uint8)
     planes = torch.where(drawn(*label.shape) < 0.7, kind[label] % 4, 0)
-    return perceived(depth, normals, color, planes, drawn(4, *label.shape), tilt)
+    return perceived(depth, normals, color, planes, drawn(4, *label.shape), tilt, drawn(8, *label.shape))
 
 
 def perceived(
-    depth: Tensor, normals: Tensor, color: Tensor, planes: Tensor, oriented: Tensor, tilt: float = 0.0
+    depth: Tensor,
+    normals: Tensor,
+    color: Tensor,
+    planes: Tensor,
+    oriented: Tensor,
+    tilt: float = 0.0,
+    signs: Tensor | None = None,
 ) -> Percept:
     """What the given cues make up, for a camera that is turned down by `tilt`, radians.
 
     Args:
         depth: (H, W) metres, 0 where not measured; normals: (H, W, 3), of either sign, in the world frame.
-        color: (H, W, 3) uint8; planes: (H, W) labels; oriented: (4, H, W) boundary strength.
+        color: (H, W, 3) uint8; planes: (H, W) labels; oriented: (4, H, W) boundary strength;
+            signs: (8, H, W) how strong each sign of an edge is, by default none.
     """
     height, width = depth.shape
     camera = Camera(FOCAL, FOCAL, (width - 1) / 2, (height - 1) / 2)
@@ -61,11 +70,12 @@ def perceived(
     points = (rays * depth[..., None]) @ ground.world_from_camera.T
     away = (points * normals).sum(dim=-1, keepdim=True) > 0
     facing = torch.where(away, -normals, normals) * (depth > 0)[..., None]
-    percept = SimpleNamespace(
+    return Percept(
         frame=Frame("made", color, depth, camera),
         cloud=Cloud(points, facing, depth > 0, depth),
         ground=ground,
         boundaries=BoundaryMap(oriented, oriented.amax(dim=0)),
-        planes=SimpleNamespace(label=planes),
+        signs=torch.zeros(len(CUES), height, width) if signs is None else signs.float(),
+        planes=cast(PlaneMap, SimpleNamespace(label=planes)),
+        fine=torch.zeros_like(planes),
     )
-    return cast(Percept, percept)

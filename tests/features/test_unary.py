@@ -7,7 +7,7 @@ import math
 import pytest
 import torch
 
-from blockstab.features.unary import SCALAR_COLUMNS, UNARY_COLUMNS, unary_features
+from blockstab.features.unary import UNARY_COLUMNS, unary_features
 from blockstab.scene import Scene
 from tests import worlds
 from tests.box_scene import FIT_MEAN, FIT_VARIANCE, VISIBLE, scene_of, scene_of_boxes
@@ -29,7 +29,6 @@ def corners(scene: Scene, segment: int, ending: str = "") -> list[float]:
 def test_there_are_30_columns_each_with_its_own_name():
     assert unary_features(scene_of(*worlds.STACK)).shape == (2, 30)
     assert len(set(UNARY_COLUMNS)) == 30
-    assert UNARY_COLUMNS[: len(SCALAR_COLUMNS)] == SCALAR_COLUMNS
 
 
 def test_what_is_known_of_the_fit_is_divided_by_the_volume_of_the_box():

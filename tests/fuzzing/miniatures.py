@@ -28,7 +28,7 @@ from blockstab.features.appearance import APPEARANCE_COLUMNS
 from blockstab.rgbd.frame import Camera, Frame
 from blockstab.simulation.verdicts import read_verdict
 from models.checkpoint import load_potentials, save_potentials
-from models.heads import LinearHead, MLPHead, Potential
+from models.heads import LinearHead, MLPHead, Potential, TreesHead
 from models.stages import BoostedStage, StagedMerging, load_stages, save_stages
 from models.staging import StagePlan, boosted
 from tests.datasets.bop_files import write_bop
@@ -91,8 +91,10 @@ def _read_verdict(root: Path) -> None:
 
 
 def write_potentials(root: Path) -> None:
-    """Small potentials, of both kinds of head."""
-    heads = {"unary": MLPHead(2, 3), **dict.fromkeys(("pairwise", "alone", "background"), LinearHead(2))}
+    """Small potentials, of every kind of head."""
+    rows = torch.rand(60, 2, generator=torch.Generator().manual_seed(0)).double()
+    trees = TreesHead(2, trees=1, leaves=2).grown(rows, rows[:, 0], torch.ones(60).double(), 1.0, 0)
+    heads = {"unary": MLPHead(2, 3), "pairwise": LinearHead(2), "alone": trees, "background": LinearHead(2)}
     potentials = {k: Potential(("a", "b"), h, torch.zeros(2), torch.ones(2)) for k, h in heads.items()}
     save_potentials(root / "small", potentials, 0.5, {"seed": 1})
 

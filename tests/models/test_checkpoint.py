@@ -14,9 +14,9 @@ import torch
 
 from models import checkpoint
 from models.checkpoint import chosen_columns, load_potentials, save_potentials
-from models.examples import KINDS
 from models.heads import Head, LinearHead, MLPHead, Potential, initialised
 from models.record import CheckpointError
+from models.rows import KINDS
 
 COLUMNS = ("volume", "tilt", "density")
 

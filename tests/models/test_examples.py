@@ -17,8 +17,9 @@ from blockstab.search.moves.every import EVERY
 from blockstab.search.moves.merge import Merge
 from blockstab.search.moves.split import Split
 from blockstab.search.stay import Stay
-from models.examples import KINDS, ExampleMaker, Examples, Neutral
+from models.examples import ExampleMaker, Neutral
 from models.heads import CLIP, LinearHead
+from models.rows import KINDS, Examples
 from models.training import train_potential
 from tests.synthetic import BLOCKS, interpreter, photograph, view_of
 from tests.toy_potentials import toy_potentials
@@ -41,6 +42,15 @@ class Visit:
 
     def __call__(self, start, problem, generator):
         problem.rate([start.merge(1, 2)])
+        return Stay()(start, problem, generator)
+
+
+class Halve:
+    """A search that looks at one block as two, and stays."""
+
+    def __call__(self, start, problem, generator):
+        whole = start.segments[1]
+        problem.rate([start.replace(1, problem.split(whole))])
         return Stay()(start, problem, generator)
 
 
@@ -85,12 +95,23 @@ def test_the_truth_and_a_start_that_is_true_lose_nothing():
     assert clean.states.error.tolist() == [0.0, 0.0]
 
 
-def test_a_boundary_loses_what_the_worse_of_its_two_segments_loses():
+def test_a_boundary_loses_what_its_two_segments_would_gain_as_one():
+    true, halved = made(CLEAN), made(replace(VISITING, search=Halve()))
+    assert not bool(true.pairwise.target.any())
+    assert not bool(true.pairwise.bad.any())
+    seam = halved.pairwise.target == halved.pairwise.target.amax()
+    assert int(seam.sum()) == 1
+    assert float(halved.pairwise.target[seam]) > 0.9  # as one they are a block
+    assert float(halved.pairwise.target[~seam].amax()) < 0.02
+    assert halved.pairwise.bad[seam].all()
+
+
+def test_to_the_paper_a_boundary_is_bad_if_either_side_is():
     found = made(VISITING)
-    (loss,) = set(found.unary.target.tolist()) - {0.0}
-    assert loss > 0.3
-    assert set(found.pairwise.target.tolist()) == {0.0, loss}
+    assert int(found.unary.bad.sum()) == 1
     assert len(found.unary.target) == 4 + 1  # each segment once, however many segmentations have it
+    assert 0 < int(found.pairwise.bad.sum()) < len(found.pairwise.bad)
+    assert not bool(found.pairwise.target.any())  # two blocks taken for one gain nothing with a third
 
 
 def test_every_atom_tells_of_background_by_the_things_in_it():

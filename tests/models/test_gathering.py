@@ -20,8 +20,9 @@ from blockstab.reasoning import Rules
 from blockstab.rgbd.frame import Frame
 from blockstab.search.moves.merge import Merge
 from blockstab.search.moves.split import Split
-from models.examples import ExampleMaker, Examples
+from models.examples import ExampleMaker
 from models.gathering import as_tensors, from_tensors, gathered, scene_generator
+from models.rows import Examples
 from tests.synthetic import BLOCKS, photograph, write_folder
 from tests.toy_potentials import toy_potentials
 

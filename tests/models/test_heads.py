@@ -10,8 +10,8 @@ import pytest
 import torch
 
 from models.checkpoint import load_potentials, save_potentials
-from models.examples import KINDS
 from models.heads import CLIP, HEADS, Potential, TreesHead, initialised
+from models.rows import KINDS
 
 COLUMNS = ("volume", "tilt", "density")
 

@@ -9,18 +9,18 @@ import torch
 from blockstab.search.moves.every import EVERY
 from blockstab.search.moves.merge import Merge
 from blockstab.search.moves.split import Split
-from models.perturbing import walk
+from models.perturbing import walks
 from tests.search.moves.starts import STARTS, problem, rating
 
 
 def visited(moves=EVERY, steps=6, seed=0, start="truth"):
     generator = torch.Generator().manual_seed(seed)
-    return [r.scene.segmentation for r in walk(rating(start), problem(), moves, steps, generator)]
+    return [r.scene.segmentation for r in walks([rating(start)], problem(), moves, steps, generator)]
 
 
 def test_every_step_is_one_move_from_the_one_before():
     path = [STARTS["pieces"], *visited((Split(), Merge()), steps=8, start="pieces")]
-    assert len(path) > 5
+    assert len(path) > 4
     for before, after in pairwise(path):
         gone, new = set(before.segments) - set(after.segments), set(after.segments) - set(before.segments)
         assert sorted([len(gone), len(new)]) == [1, 2]
@@ -35,6 +35,16 @@ def test_a_walk_has_at_most_its_steps_and_leads_away():
 
 def test_where_no_move_is_possible_the_walk_stands_still():
     assert visited((Merge(),), start="heap") == []
+
+
+def test_walks_go_side_by_side_each_from_its_own_start():
+    generator = torch.Generator().manual_seed(3)
+    starts = [rating("truth"), rating("pieces"), rating("truth")]
+    found = walks(starts, problem(), (Merge(),), 1, generator)
+    assert len(found) == 3
+    for origin, one in zip(starts, found, strict=True):
+        before, after = set(origin.scene.segmentation.segments), set(one.scene.segmentation.segments)
+        assert len(before ^ after) == 3
 
 
 def test_the_same_seed_walks_the_same_way_and_other_seeds_others():

@@ -10,11 +10,18 @@ import pytest
 import torch
 from sklearn.svm import LinearSVR
 
-from models.heads import HEADS, LinearHead, MLPHead
+from models.heads import HEADS, LinearHead, MLPHead, Potential
 from models.losses import balanced_weights, svr_objective
-from models.potential import choose_c, fit_potential
+from models.potential import choose_c, cross_fit, fold_of
 
 COLUMNS = ("volume", "tilt", "density", "constant")
+
+
+def fit_potential(*given, **settings) -> Potential:
+    """The calibrated potential of all rows."""
+    return cross_fit(*given, **settings).potential
+
+
 every_head = pytest.mark.parametrize("head", list(HEADS.values()), ids=list(HEADS))
 
 
@@ -137,6 +144,26 @@ def test_calibration_is_not_fooled_by_a_head_that_learns_its_rows_by_heart(gener
     assert float((fitted.badness(features) - 0.5).abs().max()) < 0.35
 
 
+def test_what_judges_an_image_has_learned_from_the_others_alone(generator):
+    features, target, groups = rows(generator, 300)
+    found = cross_fit(features, target, groups, COLUMNS, LinearHead, c=0.1, folds=3)
+    strange = torch.where((fold_of(groups, 3) == 1)[:, None], features * 100 + 7, features)
+    other = cross_fit(strange, target, groups, COLUMNS, LinearHead, c=0.1, folds=3)
+    same = [
+        torch.equal(one(features), two(features)) for one, two in zip(found.unseen, other.unseen, strict=True)
+    ]
+    assert same == [False, True, False]
+    for k, potential in enumerate(found.unseen):
+        fold = fold_of(groups, 3) == k
+        assert torch.equal(found.held_out[fold], potential(features[fold]))
+
+
+def test_the_folds_share_out_sets_that_follow_each_other():
+    preset = torch.arange(24) // 12
+    counts = [torch.bincount(preset[fold_of(torch.arange(24), 4) == k]).tolist() for k in range(4)]
+    assert counts == [[3, 3]] * 4
+
+
 def test_the_chosen_c_has_the_least_held_out_loss(generator):
     features, target, groups = rows(generator, 200)
     chosen = choose_c(features, target, groups, COLUMNS, LinearHead, grid=(10.0, 1e-5, 0.1))
@@ -166,9 +193,7 @@ def test_rows_of_one_image_never_sit_on_both_sides_of_a_fold(generator):
         ({"folds": 1}, "folds is 1"),
     ],
 )
-@pytest.mark.parametrize(
-    "train", [choose_c, partial(fit_potential, c=1.0)], ids=["choose_c", "fit_potential"]
-)
+@pytest.mark.parametrize("train", [choose_c, partial(cross_fit, c=1.0)], ids=["choose_c", "cross_fit"])
 def test_rows_that_cannot_train_are_refused(train, change, message, generator):
     features, target, groups = rows(generator, 60)
     given = {"features": features, "target": target, "groups": groups, "columns": COLUMNS, "head": LinearHead}

@@ -11,12 +11,12 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.fitting import Fits, MinimumSurface
-from blockstab.energy.overlap import expected_overlap
+from blockstab.energy.overlap import ExpectedOverlap
 from blockstab.interpretation import Interpreter
 from blockstab.pool import Pool
 from blockstab.reasoning import Rules
 from blockstab.scene import Scene
-from blockstab.search.problem import EnergyFactory, Problem, problem_of
+from blockstab.search.problem import EnergyFactory, Potentials, Problem, problem_of
 from blockstab.segments.segmentation import Segmentation
 from blockstab.view import View
 from tests.synthetic import BLOCKS, photograph, view_of
@@ -58,7 +58,12 @@ def blocks_view() -> View:
     return view_of(photograph(*BLOCKS))
 
 
-def watched(view: View, energy: EnergyFactory = expected_overlap, pool: Pool | None = None) -> Watched:
+def in_scene(potentials: Potentials, view: View) -> ExpectedOverlap:
+    """The expected overlap by segments in their scene alone, and without caution."""
+    return ExpectedOverlap(potentials.unary, potentials.pairwise, potentials.weight)
+
+
+def watched(view: View, energy: EnergyFactory = in_scene, pool: Pool | None = None) -> Watched:
     """A fresh problem on the view."""
     fitter = CountingFitter()
     problem = problem_of(view, Rules(fitter=fitter), toy_potentials(), energy, pool)
