@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 from hydra import compose, initialize_config_dir
@@ -23,7 +24,7 @@ def blocks(page: Path, language: str) -> list[str]:
 def commands(page: Path, program: str) -> list[list[str]]:
     """The words that follow `program` in each line of a page that runs it, less the comment."""
     lines = re.findall(rf"^    {re.escape(program)}\b(.*)$", page.read_text(), re.MULTILINE)
-    return [line.split("  #")[0].split() for line in lines]
+    return [shlex.split(line.split("  #")[0]) for line in lines]
 
 
 def composed(config: str, overrides: list[str], more: Path | None = None) -> DictConfig:
