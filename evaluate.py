@@ -21,8 +21,7 @@ from blockstab.datasets.readable import readable
 from blockstab.datasets.splits import scenes_of
 from blockstab.export import write_whole
 from blockstab.parser import Parser
-from models.entry import made, one_line_errors
-from models.examples import ExampleMaker
+from models.entry import example_maker, made, one_line_errors
 from models.gathering import gathered
 from models.judging import judged
 from models.parsing import parsing_potentials
@@ -86,15 +85,10 @@ def courses(cfg: DictConfig) -> RowMaker:
 
 def judges(cfg: DictConfig) -> RowMaker:
     """How well potentials tell good segments from bad ones."""
-    potentials = {name: parsing_potentials(path) for name, path in cfg.experiment.potentials.items()}
-    maker = ExampleMaker(
-        proposals=[made(cfg.proposals)],
-        moves=made(cfg.search).moves,
-        boundaries=made(cfg.boundaries),
-        pool=made(cfg.pool),
-        walks=cfg.experiment.walks,
-        steps=cfg.experiment.steps,
-    )
+    potentials = {
+        name: parsing_potentials(path) for name, path in chosen_rows(cfg, cfg.experiment.potentials).items()
+    }
+    maker = example_maker(cfg, walks=cfg.experiment.walks, steps=cfg.experiment.steps)
 
     def rows(comparison: Comparison) -> list[dict[str, Any]]:
         examples = gathered(
@@ -114,6 +108,16 @@ def judges(cfg: DictConfig) -> RowMaker:
 SHOWS = {"table": tables, "courses": courses, "judges": judges}
 
 
+def chosen_rows(cfg: DictConfig, rows: DictConfig) -> dict[str, Any]:
+    """Those rows of an experiment that `methods` names, in the experiment's order; all where it names none."""
+    unknown = sorted(set(cfg.methods or ()) - set(rows))
+    if unknown:
+        raise ValueError(
+            f"{cfg.experiment.name} has no method {unknown[0]!r}; choose from: {', '.join(rows)}."
+        )
+    return {name: rows[name] for name in rows if not cfg.methods or name in cfg.methods}
+
+
 def methods_of(cfg: DictConfig) -> dict[str, Method]:
     """The methods of an experiment; parts that are configured alike are one, so that what they compute is shared."""
     known: dict[str, Any] = {}
@@ -129,15 +133,8 @@ def methods_of(cfg: DictConfig) -> dict[str, Method]:
         "proposal": cfg.proposals,
         **{name: cfg[name] for name in ("search", "energy", "pool", "boundaries")},
     }
-    unknown = sorted(set(cfg.methods or ()) - set(cfg.experiment.methods))
-    if unknown:
-        raise ValueError(
-            f"{cfg.experiment.name} has no method {unknown[0]!r}; choose from: {', '.join(cfg.experiment.methods)}."
-        )
     methods = {}
-    for name, given in cfg.experiment.methods.items():
-        if cfg.methods and name not in cfg.methods:
-            continue
+    for name, given in chosen_rows(cfg, cfg.experiment.methods).items():
         strange = sorted(set(given) - {*PARTS, "scores"})
         if strange:
             raise ValueError(f"{name} has {strange[0]!r}; a method has scores and any of {', '.join(PARTS)}.")

@@ -20,8 +20,7 @@ from blockstab.datasets.splits import scenes_of
 from blockstab.features.columns import feature_set
 from models.boundary import save_boundary, train_boundary
 from models.checkpoint import save_potentials
-from models.entry import made, one_line_errors
-from models.examples import ExampleMaker
+from models.entry import example_maker, made, one_line_errors
 from models.fitting import Fitted, fit_all
 from models.gathering import gathered
 from models.potential import fold_of
@@ -48,11 +47,9 @@ def run(cfg: DictConfig) -> None:
 
 def train_potentials(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:
     """The potentials of one head: make examples, fit, search with what was fitted for more examples, fit again."""
-    maker = ExampleMaker(
-        proposals=[made(proposal) for proposal in (cfg.proposals, *cfg.examples.starts.values())],
-        moves=made(cfg.search).moves,
-        boundaries=made(cfg.boundaries),
-        pool=made(cfg.pool),
+    maker = example_maker(
+        cfg,
+        cfg.examples.starts.values(),
         walks=cfg.examples.walks,
         steps=cfg.examples.steps,
         most_states=cfg.examples.most_states,
@@ -72,7 +69,7 @@ def train_potentials(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None
         seed=cfg.seed,
         jobs=cfg.jobs,
     )
-    examples = list(keep(scenes, maker))
+    examples = keep(scenes, maker)
     found = fit(examples)
     for number in range(cfg.rounds):
         # What a search meets on training scenes, with potentials that had not seen them, they have to judge next.

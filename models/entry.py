@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -10,11 +10,29 @@ from hydra.errors import InstantiationException
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
+from models.examples import ExampleMaker
+
 
 def made(node: DictConfig) -> Any:
     """What a node of a configuration describes; the lists in it are plain lists of what their items describe."""
     # In a list of its own, hydra would turn every dataclass back into a configuration.
     return instantiate(node, _convert_="all")
+
+
+def example_maker(cfg: DictConfig, starts: Iterable[DictConfig] = (), **settings: int) -> ExampleMaker:
+    """Makes examples as a configuration says.
+
+    Args:
+        starts: proposals beside the configured one.
+        settings: those of `ExampleMaker` that are numbers.
+    """
+    return ExampleMaker(
+        proposals=[made(proposal) for proposal in (cfg.proposals, *starts)],
+        moves=made(cfg.search).moves,
+        boundaries=made(cfg.boundaries),
+        pool=made(cfg.pool),
+        **settings,
+    )
 
 
 @contextmanager

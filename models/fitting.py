@@ -79,14 +79,14 @@ def fit_all(
     potentials = {kind: fit.potential for kind, fit in fits.items()}
     unseen = tuple({kind: fit.unseen[k] for kind, fit in fits.items()} for k in range(folds))
     states = [e.states for e in examples]
-    folds_of = fold_of(torch.arange(len(states)), folds).tolist()
-    ready = [_ready(one, 0.0, f"fold {k}") for k, one in enumerate(unseen)]
     if weight is None:
-        weight = held_out_weight([ready[k] for k in folds_of], states)
+        ready = [_ready(one, 0.0, f"fold {k}") for k, one in enumerate(unseen)]
+        fold = fold_of(torch.arange(len(states)), folds).tolist()
+        weight = held_out_weight([ready[k] for k in fold], states)
     if structured:
         one, two = (chosen_columns(potentials[k], COLUMNS[k]) for k in ("unary", "pairwise"))
         weight = fit_structured(potentials["unary"], potentials["pairwise"], (one, two), states, weight, seed)
-        if any(True for _ in potentials["unary"].parameters()):
+        if next(potentials["unary"].parameters(), None) is not None:
             rows, _ = _drawn([e.unary for e in examples], most_rows, seed)
             _calibrate(potentials["unary"], rows, one)
     return Fitted(potentials, weight, {**facts, "weight": round(weight, 5)}, unseen)

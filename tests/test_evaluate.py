@@ -191,3 +191,9 @@ def test_potentials_can_be_asked_about_segments_instead_of_searched_with(place):
     assert 0.0 <= row["scores"]["auc"] <= 1.0
     assert row["ci95"]["auc"][0] <= row["scores"]["auc"] <= row["ci95"]["auc"][1]
     assert row["segments"] > 10
+
+
+def test_potentials_are_chosen_by_name_as_methods_are(place):
+    mine = ["experiment=potentials", f"+experiment.potentials.mine={place}/mine.json", "experiment.walks=1"]
+    evaluated(place, *mine, "methods=[mine]")
+    assert [row["method"] for row in results(place)["rows"]] == ["mine"]

@@ -66,11 +66,11 @@ class ExpectedOverlap:
     def _new(self, one: Described) -> float:
         """The share of the pixels that lie in segments which the start does not have, or has on the other side."""
         segmentation, pixels = one.scene.segmentation, one.scene.pixels.tolist()
-        told = segmentation.told - self.start.told
+        turned = {s for s, _ in segmentation.told - self.start.told}
         new = [
             n
             for s, n in zip(segmentation.segments, pixels, strict=True)
-            if s not in self._known or any((s, side) in told for side in (False, True))
+            if s not in self._known or s in turned
         ]
         share: float = sum(new) / max(sum(pixels), 1)
         return share

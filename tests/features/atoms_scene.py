@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import torch
@@ -9,7 +10,7 @@ from torch import Tensor
 
 from blockstab.percept import Percept
 from blockstab.segments.atoms import Atoms, make_atoms
-from blockstab.segments.segmentation import Pair, Segmentation
+from blockstab.segments.segmentation import Pair, Segment, Segmentation
 from tests.features.perceived import HEIGHT, WIDTH, cells, cluttered
 
 SEGMENTS = 7
@@ -44,6 +45,16 @@ def grouped(atoms: Atoms, generator: torch.Generator) -> Segmentation:
     part[:SEGMENTS] = torch.arange(SEGMENTS)
     parts = [frozenset((part == k).nonzero()[:, 0].tolist()) for k in range(SEGMENTS)]
     return Segmentation(tuple(sorted(parts, key=min)))
+
+
+def renamed(
+    percept: Percept, atoms: Atoms, segments: Sequence[Segment], generator: torch.Generator
+) -> tuple[Atoms, list[Segment]]:
+    """The same atoms under other names, and the same segments of them."""
+    order = torch.randperm(len(atoms), generator=generator)
+    number = torch.cat([torch.zeros(1, dtype=torch.int64), order + 1])
+    named = make_atoms(number[atoms.label], percept.boundaries.strength)
+    return named, [frozenset(order[sorted(segment)].tolist()) for segment in segments]
 
 
 def neighbours(segmentation: Segmentation, atoms: Atoms) -> list[Pair]:

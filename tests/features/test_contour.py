@@ -15,7 +15,7 @@ from blockstab.features.contour import CONTOUR_COLUMNS, QUANTILES, WEAK, Contour
 from blockstab.percept import Percept
 from blockstab.segments.atoms import Atoms, make_atoms
 from blockstab.segments.hierarchy import Hierarchy, build_hierarchy, joined_at
-from tests.features.atoms_scene import clutter, grouped
+from tests.features.atoms_scene import clutter, grouped, renamed
 from tests.features.pixel_loop import around, groups
 from tests.tolerance import COMPANY, EXACT
 
@@ -122,13 +122,8 @@ def test_no_segment_gives_no_row():
 
 def test_the_names_of_atoms_do_not_matter(generator):
     percept, atoms, segments = made()
-    order = torch.randperm(len(atoms), generator=generator)
-    number = torch.cat([torch.zeros(1, dtype=torch.int64), order + 1])
-    renamed = make_atoms(number[atoms.label], percept.boundaries.strength)
-    same = [frozenset(order[sorted(segment)].tolist()) for segment in segments]
-    torch.testing.assert_close(
-        measured(percept, renamed, same), measured(percept, atoms, segments), rtol=0.0, atol=COMPANY
-    )
+    under_other_names = measured(percept, *renamed(percept, atoms, segments, generator))
+    torch.testing.assert_close(under_other_names, measured(percept, atoms, segments), rtol=0.0, atol=COMPANY)
 
 
 def test_the_image_may_be_mirrored():

@@ -15,7 +15,7 @@ from torch import Tensor
 from blockstab.features.surface import SURFACE_COLUMNS, Surfaces
 from blockstab.percept import Percept
 from blockstab.segments.atoms import Atoms, make_atoms
-from tests.features.atoms_scene import clutter, grouped
+from tests.features.atoms_scene import clutter, grouped, renamed
 from tests.features.pixel_loop import sides
 from tests.tolerance import COMPANY, EXACT
 
@@ -134,13 +134,8 @@ def test_a_segment_is_the_same_within_1e_9_in_whatever_company_it_is_measured():
 
 def test_the_names_of_atoms_do_not_matter(generator):
     percept, atoms, segments = made()
-    order = torch.randperm(len(atoms), generator=generator)
-    number = torch.cat([torch.zeros(1, dtype=torch.int64), order + 1])
-    renamed = make_atoms(number[atoms.label], percept.boundaries.strength)
-    same = [frozenset(order[sorted(segment)].tolist()) for segment in segments]
-    torch.testing.assert_close(
-        measured(percept, renamed, same), measured(percept, atoms, segments), rtol=0.0, atol=COMPANY
-    )
+    under_other_names = measured(percept, *renamed(percept, atoms, segments, generator))
+    torch.testing.assert_close(under_other_names, measured(percept, atoms, segments), rtol=0.0, atol=COMPANY)
 
 
 def test_turning_the_world_about_the_vertical_changes_nothing():

@@ -19,8 +19,8 @@ def visited(moves=EVERY, steps=6, seed=0, start="truth"):
 
 
 def test_every_step_is_one_move_from_the_one_before():
-    path = [STARTS["pieces"], *visited((Split(), Merge()), steps=8, start="pieces")]
-    assert len(path) > 4
+    path = [STARTS["pieces"], *visited((Split(), Merge()), steps=12, start="pieces")]
+    assert len(path) > 5
     for before, after in pairwise(path):
         gone, new = set(before.segments) - set(after.segments), set(after.segments) - set(before.segments)
         assert sorted([len(gone), len(new)]) == [1, 2]
