@@ -136,7 +136,9 @@ def parse(
 @app.command()
 def simulate(
     out: Annotated[Path, typer.Option(help="Folder for the scenes.")],
-    preset: Annotated[str, typer.Option(help="What kind of scenes: blocks, objects, grocery.")] = "blocks",
+    preset: Annotated[
+        str, typer.Option(help="What kind of scenes: blocks, objects, grocery, desk.")
+    ] = "blocks",
     count: Annotated[int, typer.Option(min=1, help="How many.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="Of the whole set.")] = 0,
     sensor: Annotated[str, typer.Option(help="How depth is measured: kinect, realsense, ideal.")] = "kinect",

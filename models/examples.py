@@ -119,6 +119,7 @@ class ExampleMaker:
         masks = problem.masks
         lone.update(dict.fromkeys(masks[k] for k in _some(len(masks), self.most_masks, generator)))
         atoms = [frozenset({atom}) for atom in range(len(view.atoms))]
+        whole = list(dict.fromkeys([*atoms, *lone]))
 
         def rows(segments: list[Segment], target: Tensor) -> Rows:
             size = torch.tensor([problem.pixels(s) for s in segments], dtype=torch.float64)
@@ -127,7 +128,7 @@ class ExampleMaker:
         return Examples(
             *_new_rows(seen, overlap),
             rows(list(lone), 1.0 - overlap.best(list(lone))),
-            rows(atoms, overlap.thing_share(atoms)),
+            rows(whole, overlap.thing_share(whole)),
             _states([seen[k] for k in kept], overlap),
         )
 

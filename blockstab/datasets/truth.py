@@ -23,7 +23,8 @@ class ObjectTruth:
 
     Args:
         id: its label id.
-        kind: its shape: "box", "cylinder", "sphere", "bowl", "bottle", "l_shape".
+        kind: its shape: "box", "cylinder", "sphere", "bowl", "bottle", "l_shape", "screen", "laptop",
+            "mouse".
         half_extent: (3,) float64, metres along its own axes.
         pose_camera: (4, 4) float64, object to camera frame; the columns of its rotation are its axes.
         supported_by: label ids of what carries it, background among them.

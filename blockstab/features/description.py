@@ -61,8 +61,10 @@ class Describer:
         self._appearances = Appearances(percept, atoms)
         self._rows = torch.empty(0, 0, dtype=torch.float64)
         self._row: dict[Segment, int] = {}
-        share = background(self.lone([frozenset({atom}) for atom in range(len(atoms))]))
-        self._things = (share.detach().clamp(0.0, 1.0) * atoms.pixels).tolist()
+        self._background = background
+        self._share: dict[Segment, float] = {}
+        share = self._things([frozenset({atom}) for atom in range(len(atoms))])
+        self._things_in = (share * atoms.pixels).tolist()
 
     def __call__(self, scenes: Sequence[Scene]) -> list[Described]:
         """Describe scenes; what is new of their segments and boundaries is looked at in one batch."""
@@ -91,6 +93,15 @@ class Describer:
         return torch.cat([unary_features(scene), shape, lone], dim=1)
 
     def lost(self, scene: Scene) -> Tensor:
-        """(N,) as in `Described`."""
-        things = [sum(self._things[atom] for atom in sorted(s)) for s in scene.segmentation.segments]
-        return torch.tensor(things, dtype=torch.float64) / scene.pixels
+        """(N,) as in `Described`: the mean of what its atoms say one by one, and of what the whole says."""
+        segments = scene.segmentation.segments
+        things = [sum(self._things_in[atom] for atom in sorted(s)) for s in segments]
+        return (torch.tensor(things, dtype=torch.float64) / scene.pixels + self._things(segments)) / 2
+
+    def _things(self, segments: Sequence[Segment]) -> Tensor:
+        """The share of things in each of S segments, judged as a whole, (S,)."""
+        new = list(dict.fromkeys(s for s in segments if s not in self._share))
+        if new:
+            share = self._background(self.lone(new)).detach().clamp(0.0, 1.0)
+            self._share.update(zip(new, share.tolist(), strict=True))
+        return torch.tensor([self._share[s] for s in segments], dtype=torch.float64)

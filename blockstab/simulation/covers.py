@@ -28,6 +28,8 @@ def front(patch: Patch, palette: Palette, generator: torch.Generator) -> Sheet:
     sheet = Sheet(patch.width, patch.height, palette.ground)
     if chance(generator, 0.7):
         sheet.fade(palette.accent, uniform(generator, 0.3, 1.0), whole(generator, 0, 3))
+    if chance(generator, 0.4):
+        _halves(sheet, palette, generator)
     if chance(generator, 0.7):
         sheet.swoosh(palette.third, generator)
     if chance(generator, 0.75):
@@ -113,6 +115,21 @@ def book(patch: Patch, axes: tuple[int, int], palette: Palette, generator: torch
     for start in (0.0, 1.0 - edge):
         sheet.block(Place(0.0, start, 1.0, edge) if lying else Place(start, 0.0, edge, 1.0), palette.ground)
     return sheet
+
+
+def _halves(sheet: Sheet, palette: Palette, generator: torch.Generator) -> None:
+    """A part of the face, up to two thirds of it, in another colour: print that looks like another thing."""
+    share = uniform(generator, 0.2, 0.65)
+    place = choice(
+        generator,
+        (
+            Place(0.0, 0.0, 1.0, share),
+            Place(0.0, 1.0 - share, 1.0, share),
+            Place(0.0, 0.0, share, 1.0),
+            Place(1.0 - share, 0.0, share, 1.0),
+        ),
+    )
+    sheet.block(place, choice(generator, (palette.accent, palette.third, _PAPER)))
 
 
 def _logo(sheet: Sheet, palette: Palette, generator: torch.Generator) -> None:

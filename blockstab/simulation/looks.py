@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import torch
 
-from blockstab.simulation import covers, wraps
+from blockstab.simulation import covers, devices, wraps
 from blockstab.simulation.covers import Palette
 from blockstab.simulation.draws import chance, choice, uniform
 from blockstab.simulation.finish import Finish, Grain, Look
@@ -43,8 +43,10 @@ def draw_look(
         return furnished(solid, patches, generator)
     if solid.style in ("carton", "book"):
         return _printed(solid, patches, colors, generator)
-    if solid.style in ("tin", "can", "bottle", "bowl", "ball"):
+    if solid.style in ("tin", "can", "bottle", "bowl", "ball", "plate"):
         return _round(solid, patches, colors, generator)
+    if solid.style in devices.STYLES:
+        return devices.device(solid, patches, colors, generator)
     return _block(solid, patches, colors, generator)
 
 
@@ -94,7 +96,7 @@ def _round(solid: Solid, patches: Sequence[Patch], colors: Palette, generator: t
         match solid.style:
             case "ball":
                 sheet = wraps.ball(patch, colors, generator)
-            case "bowl":
+            case "bowl" | "plate":
                 sheet = wraps.bowl(patch, colors, generator)
             case "bottle":
                 sheet = wraps.bottle(patch, number >= len(patches) - 3, colors, generator)

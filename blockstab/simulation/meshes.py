@@ -34,12 +34,14 @@ class Patch(NamedTuple):
         form: of the part it belongs to.
         face: 0 to 5 of a box, numbered as in `Boxes`; 0 side, 1 top, 2 bottom of a cylinder; else 0.
         width, height: metres, the ranges of u and v on it.
+        echo: of the part it belongs to.
     """
 
     form: str
     face: int
     width: float
     height: float
+    echo: float = 1.0
 
 
 class Mesh(NamedTuple):
@@ -67,12 +69,16 @@ def mesh_of(solid: Solid) -> Mesh:
     for part in solid.parts:
         if part.form == "hull":
             if part is hulls[0]:
-                pieces.append(_hulls(hulls))
+                pieces.append(_echoing(_hulls(hulls), part))
             continue
         piece = {"box": _box, "cylinder": _cylinder, "sphere": _sphere}[part.form](part.half_extent)
         corners, normals = piece.corners @ part.rotation.T + part.center, piece.normals @ part.rotation.T
-        pieces.append(piece._replace(corners=corners, normals=normals))
+        pieces.append(_echoing(piece._replace(corners=corners, normals=normals), part))
     return _joined(pieces)
+
+
+def _echoing(mesh: Mesh, part: Part) -> Mesh:
+    return mesh._replace(patches=tuple(patch._replace(echo=part.echo) for patch in mesh.patches))
 
 
 def _joined(pieces: list[Mesh]) -> Mesh:

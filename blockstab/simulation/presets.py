@@ -1,17 +1,18 @@
-"""The kinds of scenes that can be simulated: the like of the paper's Block, SOD and Grocery sets."""
+"""The kinds of scenes that can be simulated: the like of the paper's Block, SOD and Grocery sets, and desks."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 import torch
 
 from blockstab.simulation.blocks import arrange_blocks
+from blockstab.simulation.desk import arrange_desk
 from blockstab.simulation.grocery import arrange_grocery
 from blockstab.simulation.objects import arrange_objects
 from blockstab.simulation.solids import Pile
+from blockstab.simulation.viewpoint import Setting
 
 
 @dataclass(frozen=True)
@@ -26,13 +27,14 @@ class Preset:
 
     arrange: Callable[[torch.Generator], Pile]
     stacked_share: float
-    setting: Literal["table", "shelf"]
+    setting: Setting
 
 
 PRESETS: dict[str, Preset] = {
     "blocks": Preset(arrange_blocks, 1 / 3, "table"),
     "objects": Preset(arrange_objects, 0.1, "table"),
     "grocery": Preset(arrange_grocery, 0.1, "shelf"),
+    "desk": Preset(arrange_desk, 0.0, "desk"),
 }
 
 

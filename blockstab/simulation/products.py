@@ -6,11 +6,13 @@ from dataclasses import dataclass, replace
 
 import torch
 
-from blockstab.simulation.draws import uniform
-from blockstab.simulation.shapes import bottle, bowl, cylinder, l_shape, sphere
+from blockstab.simulation.draws import chance, uniform
+from blockstab.simulation.shapes import bottle, bowl, cylinder, l_shape, laptop, mouse, screen, sphere
 from blockstab.simulation.solids import Solid, box
 
 _VARIES = 0.2  # of every length, up or down
+_FAINT = (0.03, 0.4)  # share of infrared light that comes back from what is black and glossy
+_DARK = 0.1  # share of all things that are
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,16 @@ PRODUCTS = {
     "ball": Product("ball", (0.06, 0.06, 0.06), 200.0),
     "bowl": Product("bowl", (0.17, 0.07, 0.17), 1500.0),
     "bracket": Product("bracket", (0.12, 0.12, 0.08), 1000.0),
+    "monitor": Product("screen", (0.46, 0.36, 0.18), 400.0),
+    "laptop": Product("laptop", (0.33, 0.21, 0.29), 800.0),
+    "keyboard": Product("keyboard", (0.42, 0.022, 0.14), 500.0),
+    "mouse": Product("mouse", (0.06, 0.036, 0.11), 500.0),
+    "pen": Product("pen", (0.013, 0.14, 0.013), 900.0),
+    "tool": Product("tool", (0.025, 0.013, 0.17), 1500.0),
+    "phone": Product("phone", (0.075, 0.013, 0.15), 1500.0),
+    "plate": Product("plate", (0.24, 0.025, 0.24), 2000.0),
+    "cup": Product("bowl", (0.085, 0.09, 0.085), 1200.0),
+    "tube": Product("can", (0.075, 0.24, 0.075), 300.0),
 }
 
 
@@ -59,22 +71,32 @@ def draw_product(generator: torch.Generator, name: str, number: int | None = Non
     """
     product = PRODUCTS[name]
     wide, tall, deep = (0.5 * s * uniform(generator, 1.0 - _VARIES, 1.0 + _VARIES) for s in product.size)
-    solid = _shaped(product.style, wide, tall, deep)
+    faint = uniform(generator, *_FAINT)
+    solid = _shaped(product.style, (wide, tall, deep), faint)
+    if chance(generator, _DARK):
+        solid = replace(solid, parts=tuple(replace(part, echo=faint) for part in solid.parts))
     return replace(solid, density=product.density, product=number)
 
 
-def _shaped(style: str, wide: float, tall: float, deep: float) -> Solid:
+def _shaped(style: str, half: tuple[float, float, float], faint: float) -> Solid:
     """The solid of a style in the box of these half extents, metres; round ones take their width for depth."""
+    wide, tall, _deep = half
     match style:
-        case "can" | "tin":
+        case "can" | "tin" | "pen":
             return cylinder(wide, tall, style)
         case "bottle":
             return bottle(wide, tall)
-        case "bowl":
-            return bowl(wide, tall)
+        case "bowl" | "plate":
+            return bowl(wide, tall, style)
         case "ball":
             return sphere(wide)
         case "bracket":
-            return l_shape((wide, tall, deep), 0.02)
+            return l_shape(half, 0.02)
+        case "screen":
+            return screen(half, faint)
+        case "laptop":
+            return laptop(half, faint)
+        case "mouse":
+            return mouse(half)
         case _:
-            return box([wide, tall, deep], style)
+            return box(half, style)

@@ -54,8 +54,9 @@ def photograph(
     )
     caster = RayCaster(concatenate([room, pile]))
     seen = caster.first_hit(view.center, view.rays())
-    depth = sensor.measure(seen.depth, _incidence(view, seen), _lit(view, seen, caster, sensor), noise)
-    color = paint(seen, view, room, pile, caster, variety, colors)
+    incidence, lit = _incidence(view, seen), _lit(view, seen, caster, sensor)
+    depth = sensor.measure(seen.depth, incidence, lit, _echo(seen, caster), noise)
+    color = slipped(paint(seen, view, room, pile, caster, variety, colors), sensor.slip_px, colors)
     objects = torch.arange(len(pile)) + TABLE + 1
     behind = torch.arange(len(room) - 1) + TABLE + 1 + len(pile)
     ids = torch.cat([torch.tensor([TABLE]), behind, objects])
@@ -77,6 +78,25 @@ def _lit(view: View, seen: Surfaces, caster: RayCaster, sensor: Sensor) -> Tenso
     """Which surfaces (H, W) the second eye of the sensor sees."""
     eye = view.center + sensor.baseline * view.camera_from_table[0]
     return ~caster.hidden_from(eye.expand_as(seen.points), seen.points)
+
+
+def _echo(seen: Surfaces, caster: RayCaster) -> Tensor:
+    """Share (H, W) of infrared light that comes back."""
+    echoes = [patch.echo for patches in caster.patches for patch in patches]
+    first = torch.tensor([0, *(len(patches) for patches in caster.patches)]).cumsum(0)
+    at = first[seen.solid.clamp(min=0)] + seen.patch
+    return torch.tensor(echoes, dtype=torch.float64)[torch.where(seen.solid == NOTHING, 0, at)]
+
+
+def slipped(color: Tensor, slip_px: float, generator: torch.Generator) -> Tensor:
+    """A colour image (H, W, 3) that is off by whole pixels, as where it is badly registered to depth.
+
+    Args:
+        slip_px: standard deviation along rows and columns; at most three times that happens.
+    """
+    off = (slip_px * torch.randn(2, generator=generator).clamp(-3.0, 3.0)).round().long().tolist()
+    rows, columns = ((torch.arange(n) + d).clamp(0, n - 1) for n, d in zip(color.shape[:2], off, strict=True))
+    return color[rows][:, columns]
 
 
 def _total_pixels(pile: Pile, view: View) -> Tensor:

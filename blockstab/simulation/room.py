@@ -27,7 +27,7 @@ def furnish(generator: torch.Generator, view: View, pile: Pile, setting: Setting
         Solids of the styles "table", "floor", "wall" and "shelf", in the table frame.
     """
     share = torch.rand(25, generator=generator, dtype=torch.float64).tolist()
-    rows = _table_room(share, view, pile) if setting == "table" else _shelf(share, view, pile)
+    rows = _shelf(share, view, pile) if setting == "shelf" else _table_room(share, view, pile)
     styles, centers, halves, yaws = zip(*rows, strict=True)
     return Pile(
         tuple(box(half, style) for half, style in zip(halves, styles, strict=True)),

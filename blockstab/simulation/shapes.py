@@ -1,9 +1,10 @@
-"""Everyday shapes beside the box: cylinders, balls, bowls, bottles, brackets."""
+"""Everyday shapes beside the box: cylinders, balls, bowls, bottles, brackets, screens, laptops, mice."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import torch
 from torch import Tensor
@@ -15,6 +16,8 @@ _WALL = 0.08  # thickness of a bowl, share of its radius
 _FOOT = 0.55  # radius of a bowl's foot, share of its rim's
 _BODY, _NECK, _NECK_RADIUS = 0.62, 0.24, 0.36  # of a bottle: share of its height, and of its radius
 _ROUND = 24  # corners of a circle in a hull
+_PLATE = 0.01  # metres, half the thickness of screens and laptops
+_LEAN = 0.15  # how far a laptop's lid leans back, share of its depth
 
 
 def cylinder(radius: float, half_height: float, style: str = "can", density: float = 600.0) -> Solid:
@@ -64,6 +67,39 @@ def l_shape(
     return Solid("l_shape", style, _vector(wide, tall, deep), (foot, post), density)
 
 
+def screen(half_extent: Sequence[float], echo: float, style: str = "screen", density: float = 400.0) -> Solid:
+    """A flat screen on a post with a foot, metres; of the panel, infrared light comes back by `echo`."""
+    wide, tall, deep = half_extent
+    foot = _part("box", _vector(wide / 2, _PLATE / 2, deep), y=_PLATE / 2 - tall)
+    post = _part("box", _vector(0.03, 0.2 * tall, _PLATE / 2), y=_PLATE - 0.8 * tall)
+    panel = _part("box", _vector(wide, 0.8 * tall, _PLATE), y=0.2 * tall)
+    return Solid("screen", style, _vector(wide, tall, deep), (foot, post, replace(panel, echo=echo)), density)
+
+
+def laptop(half_extent: Sequence[float], echo: float, style: str = "laptop", density: float = 800.0) -> Solid:
+    """An open laptop, metres: its lid leans back, and infrared light comes back from it by `echo`."""
+    wide, tall, deep = half_extent
+    hinge = 2 * _LEAN * deep - deep
+    base = _part("box", _vector(wide, _PLATE, deep * (1 - _LEAN)), y=_PLATE - tall, z=deep * _LEAN)
+    edges = [
+        (2 * _PLATE - tall, hinge + _PLATE),
+        (2 * _PLATE - tall, hinge),
+        (tall, _PLATE - deep),
+        (tall, -deep),
+    ]
+    lid = _hull(_vector(*(v for x in (-wide, wide) for y, z in edges for v in (x, y, z))).view(-1, 3))
+    return Solid("laptop", style, _vector(wide, tall, deep), (base, replace(lid, echo=echo)), density)
+
+
+def mouse(half_extent: Sequence[float], style: str = "mouse", density: float = 500.0) -> Solid:
+    """The upper half of an ellipsoid, as a hull, metres."""
+    wide, tall, deep = half_extent
+    up = torch.linspace(0.0, math.pi / 2, _ROUND // 4 + 1, dtype=torch.float64)
+    rings = [_circle(math.cos(a), math.sin(a)) for a in up.tolist()]
+    points = torch.cat(rings) * _vector(wide, 2 * tall, deep) - _vector(0.0, tall, 0.0)
+    return Solid("mouse", style, _vector(wide, tall, deep), (_hull(points),), density)
+
+
 def _stave(radius: float, half_height: float, wall: float, k: int) -> Part:
     """One piece of a bowl's wall: between two angles, from the foot to the rim."""
     # Two staves meet on each axis, so the rim reaches the sides of its bounding box.
@@ -87,9 +123,9 @@ def _hull(points: Tensor) -> Part:
     return Part("hull", middle, torch.eye(3, dtype=torch.float64), (high - low) / 2, points - middle)
 
 
-def _part(form: str, half_extent: Tensor, x: float = 0.0, y: float = 0.0) -> Part:
+def _part(form: str, half_extent: Tensor, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Part:
     assert form in ("box", "cylinder", "sphere")
-    return Part(form, _vector(x, y, 0.0), torch.eye(3, dtype=torch.float64), half_extent)  # type: ignore[arg-type]
+    return Part(form, _vector(x, y, z), torch.eye(3, dtype=torch.float64), half_extent)  # type: ignore[arg-type]
 
 
 def _vector(*values: float) -> Tensor:

@@ -23,6 +23,8 @@ class Part:
         half_extent: (3,) float64 metres along its own axes: radius, half height, radius of a cylinder; three
             times the radius of a sphere; of a hull, half the size of its bounding box.
         points: (V, 3) float64 corners of a hull in the part's frame; None for the others.
+        echo: share of infrared light that comes back from it, above 0: 1 from most things, little from black
+            glass.
     """
 
     form: Literal["box", "cylinder", "sphere", "hull"]
@@ -30,6 +32,7 @@ class Part:
     rotation: Tensor
     half_extent: Tensor
     points: Tensor | None = None
+    echo: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -37,9 +40,11 @@ class Solid:
     """A rigid thing, in a frame whose origin is the centre of its bounding box.
 
     Args:
-        kind: its shape, as the truth names it: "box", "cylinder", "sphere", "bowl", "bottle", "l_shape".
-        style: what it is made up as: "block", "plank", "book", "carton", "tin", "can", "ball", "bowl",
-            "bottle", "bracket"; the furniture's are "table", "floor", "wall", "shelf".
+        kind: its shape, as the truth names it: "box", "cylinder", "sphere", "bowl", "bottle", "l_shape",
+            "screen", "laptop", "mouse".
+        style: what it is made up as: "block", "plank", "book", "carton", "tin", "can", "ball", "bowl", "plate",
+            "bottle", "bracket", "screen", "laptop", "keyboard", "mouse", "pen", "tool", "phone"; the furniture's
+            are "table", "floor", "wall", "shelf".
         half_extent: (3,) float64 metres, of its bounding box; +y is up where it stands as it should.
         parts: what it is made of; they may touch or overlap a little.
         density: kg per cubic metre of its parts.

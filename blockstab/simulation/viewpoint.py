@@ -14,11 +14,13 @@ from blockstab.rgbd.frame import Camera
 from blockstab.simulation.sensors import Sensor
 from blockstab.simulation.solids import Pile
 
-Setting = Literal["table", "shelf"]
+Setting = Literal["table", "desk", "shelf"]
 
 _TRIES = 20  # viewpoints tried until all of the pile is in the picture
 _FURTHEST = 1.4  # metres
 _CLEARANCE = 0.5  # metres between camera and pile, as structured light needs
+# Degrees: how far the camera looks down, least and most, and how far from straight from the front it stands.
+_ANGLES = {"table": (20.0, 50.0, 180.0), "desk": (30.0, 65.0, 180.0), "shelf": (5.0, 25.0, 35.0)}
 
 
 @dataclass(frozen=True)
@@ -72,14 +74,14 @@ def draw_view(
 ) -> View:
     """A viewpoint at least half a metre from a pile, which spans a third of the picture or more, hardly rolled.
 
-    On a table the camera looks down by 20 to 50 degrees, from any side. A shelf is open towards +z: there the
-    camera looks down by 5 to 25 degrees, within 35 degrees of straight from the front. Among a few tries the
-    first that has all of the pile in the picture is taken, or else the last.
+    On a table the camera looks down by 20 to 50 degrees, on a desk by 30 to 65, from any side. A shelf is open
+    towards +z: there the camera looks down by 5 to 25 degrees, within 35 degrees of straight from the front. Among
+    a few tries the first that has all of the pile in the picture is taken, or else the last.
     """
     corners, size = pile.boxes().corners().flatten(0, 1), (sensor.height_px, sensor.width_px)
     middle = (corners.amin(dim=0) + corners.amax(dim=0)) / 2
     reach = (corners - middle).norm(dim=1).amax()
-    low, high, side = (20.0, 50.0, 180.0) if setting == "table" else (5.0, 25.0, 35.0)
+    low, high, side = _ANGLES[setting]
     for _ in range(_TRIES):
         share = torch.rand(4, generator=generator, dtype=torch.float64)
         span = (0.35 + 0.6 * share[0]) * sensor.width_px / 2

@@ -7,7 +7,17 @@ import torch
 
 from blockstab.simulation.products import PRODUCTS, draw_product
 
-SHAPES = {"can": "cylinder", "tin": "cylinder", "bottle": "bottle", "bowl": "bowl", "ball": "sphere"}
+SHAPES = {
+    "can": "cylinder",
+    "tin": "cylinder",
+    "pen": "cylinder",
+    "bottle": "bottle",
+    "ball": "sphere",
+    "bowl": "bowl",
+    "plate": "bowl",
+    "bracket": "l_shape",
+    **{style: style for style in ("screen", "laptop", "mouse")},
+}
 
 
 @pytest.mark.parametrize("name", PRODUCTS)
@@ -22,7 +32,7 @@ def test_a_product_is_within_a_fifth_of_its_usual_size(name: str, generator: tor
 def test_a_product_has_the_shape_of_its_style(name: str, generator: torch.Generator) -> None:
     solid = draw_product(generator, name, number=4)
     assert solid.style == PRODUCTS[name].style
-    assert solid.kind == SHAPES.get(solid.style, "l_shape" if solid.style == "bracket" else "box")
+    assert solid.kind == SHAPES.get(solid.style, "box")
     assert solid.density == PRODUCTS[name].density
     assert solid.product == 4
 
@@ -33,3 +43,10 @@ def test_a_full_can_weighs_about_a_third_of_a_kilogram_and_a_cereal_box_about_70
         wide, tall, deep = product.size
         solid_share = 0.785 if product.style in ("can", "bottle") else 1.0
         assert product.density * solid_share * wide * tall * deep == pytest.approx(kilograms, rel=0.03)
+
+
+def test_screens_swallow_light_and_one_in_ten_other_things_does(generator: torch.Generator) -> None:
+    assert all(draw_product(generator, "monitor").parts[-1].echo <= 0.4 for _ in range(20))
+    books = [draw_product(generator, "book").parts[0].echo for _ in range(300)]
+    assert 15 <= sum(echo < 1.0 for echo in books) <= 50
+    assert min(books) > 0

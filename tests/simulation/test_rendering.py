@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 import torch
 
-from blockstab.simulation.rendering import TABLE, Picture, photograph
+from blockstab.simulation.rendering import TABLE, Picture, photograph, slipped
 from blockstab.simulation.sensors import Ideal, Sensor
 from tests.simulation.scenery import KINECT, Scenery, of_one_part, scenery, standing
 
@@ -94,3 +96,34 @@ def test_an_ideal_sensor_measures_every_surface() -> None:
     picture = taken(scene, 2, 0.0, Ideal(KINECT.camera, KINECT.height_px, KINECT.width_px))
     assert torch.equal(picture.frame.depth > 0, picture.surface > 0)
     assert float((picture.frame.depth - scene.seen.depth).abs().max()) < 0.0006
+
+
+def test_black_glass_has_holes_where_wood_has_none() -> None:
+    dark = replace(BLOCK, parts=(replace(BLOCK.parts[0], echo=0.1),))
+    shares = []
+    for block in (BLOCK, dark):
+        picture = taken(scenery(standing((block, 0.0, 0.0)), 2), 1)
+        inside = picture.surface == TABLE + 1
+        shares.append(float((picture.frame.depth[inside] > 0).double().mean()))
+    assert shares[0] > 0.9
+    assert 0.05 < shares[1] < 0.5
+
+
+def test_a_picture_slips_by_whole_pixels_and_its_border_is_drawn_out(generator: torch.Generator) -> None:
+    color = torch.arange(30 * 40 * 3).view(30, 40, 3).to(torch.uint8)
+    assert torch.equal(slipped(color, 0.0, generator), color)
+    offsets = set()
+    for _ in range(60):
+        after = slipped(color, 1.2, generator)
+        found = [
+            (down, right)
+            for down in range(-4, 5)
+            for right in range(-4, 5)
+            if torch.equal(after[5:-5, 5:-5], color[5 + down : 25 + down, 5 + right : 35 + right])
+        ]
+        assert len(found) == 1
+        offsets.update(found)
+        for side in (after[0], after[-1], after[:, 0], after[:, -1]):
+            assert side.shape[-1] == 3
+    assert len(offsets) > 10
+    assert max(abs(d) for pair in offsets for d in pair) <= 4

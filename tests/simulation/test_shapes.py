@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from blockstab.simulation.engine import world
-from blockstab.simulation.shapes import bottle, bowl, cylinder, l_shape, sphere
+from blockstab.simulation.shapes import bottle, bowl, cylinder, l_shape, laptop, mouse, screen, sphere
 from blockstab.simulation.solids import Part, Solid, box
 from tests.simulation.resting import put
 from tests.tolerance import EXACT
@@ -21,6 +21,15 @@ SHAPES = [
     (cylinder(0.035, 0.05), math.pi * 0.035**2 * 0.1),
     (sphere(0.04), 4 / 3 * math.pi * 0.04**3),
     (l_shape((0.06, 0.06, 0.04), 0.03), 0.08 * (0.12 * 0.03 + 0.09 * 0.03)),
+    # A foot of 1 cm, a post of 6 by 1 cm up to half a centimetre into the panel, which is 2 cm thick.
+    (
+        screen((0.2, 0.18, 0.09), 0.1),
+        0.2 * 0.18 * 0.01 + 0.06 * 0.072 * 0.01 + 0.4 * 0.288 * 0.02,
+    ),
+    # A base of 2 cm over 85 % of the depth, and a lid that is 1 cm thick along the depth.
+    (laptop((0.17, 0.1, 0.14), 0.1), 0.34 * 0.238 * 0.02 + 0.34 * 0.18 * 0.01),
+    # Six frustums between rings of 24 corners hold 97.18 % of half an ellipsoid.
+    (mouse((0.03, 0.02, 0.05)), 0.9718 * 2 / 3 * math.pi * 0.03 * 0.04 * 0.05),
     (
         bottle(0.04, 0.14),
         math.pi * 0.04**2 * 0.28 * (0.62 + 0.24 * 0.36**2 + 0.14 * (1 + 0.36 + 0.36**2) / 3),

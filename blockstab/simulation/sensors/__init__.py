@@ -33,13 +33,20 @@ class Sensor(Protocol):
         What the second eye does not see is in its shadow, and has no depth.
         """
 
-    def measure(self, depth: Tensor, incidence: Tensor, lit: Tensor, generator: torch.Generator) -> Tensor:
+    @property
+    def slip_px(self) -> float:
+        """Standard deviation of what the colour image is off against depth along rows and columns, pixels."""
+
+    def measure(
+        self, depth: Tensor, incidence: Tensor, lit: Tensor, echo: Tensor, generator: torch.Generator
+    ) -> Tensor:
         """Turn true depth into what the sensor reports.
 
         Args:
             depth: (H, W) float64 true depth, metres; 0 where there is nothing.
             incidence: (H, W) radians between the line of sight and the surface normal, 0 to pi / 2.
             lit: (H, W) bool, whether the second eye sees the surface.
+            echo: (H, W) share of infrared light that comes back from the surface, above 0 to 1.
 
         Returns:
             (H, W) float64, metres in whole millimetres; 0 where the sensor gives none.

@@ -21,8 +21,11 @@ class Ideal:
     height_px: int = 480
     width_px: int = 640
     baseline: float = 0.0
+    slip_px: float = 0.0
 
-    def measure(self, depth: Tensor, incidence: Tensor, lit: Tensor, generator: torch.Generator) -> Tensor:
+    def measure(
+        self, depth: Tensor, incidence: Tensor, lit: Tensor, echo: Tensor, generator: torch.Generator
+    ) -> Tensor:
         """Round true depth to whole millimetres; arguments and result are those of `Sensor.measure`."""
         rounded = (1000.0 * depth).round() / 1000.0
         return torch.where(rounded <= _FURTHEST, rounded, 0.0)

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from blockstab.rgbd.frame import Camera
+from blockstab.simulation.sensors.echoes import swallowed
 from blockstab.simulation.sensors.patches import patchy_noise
 
 _CAMERA = Camera(fx=525.0, fy=525.0, cx=319.5, cy=239.5)  # OpenNI's default
@@ -44,22 +45,27 @@ class Kinect:
     height_px: int = 480
     width_px: int = 640
     baseline: float = 0.075
+    slip_px: float = 1.2
 
-    def measure(self, depth: Tensor, incidence: Tensor, lit: Tensor, generator: torch.Generator) -> Tensor:
+    def measure(
+        self, depth: Tensor, incidence: Tensor, lit: Tensor, echo: Tensor, generator: torch.Generator
+    ) -> Tensor:
         """Turn true depth into what the sensor reports; arguments and result are those of `Sensor.measure`.
 
         Edges fray by a pixel, and here and there pixels up to a few from them are lost; noise grows with the
-        square of the distance; disparity comes in eighths of a pixel; depth is missing in the projector's
-        shadow, on surfaces seen at over 80 degrees, and where true depth is out of range.
+        square of the distance, and the fainter the echo; disparity comes in eighths of a pixel; depth is missing
+        in the projector's shadow, on surfaces seen at over 80 degrees, in patches where little light comes back,
+        and where true depth is out of range.
         """
         source, lost = _frayed(depth, incidence, generator)
-        depth, incidence, lit = (image.flatten()[source] for image in (depth, incidence, lit))
+        depth, incidence, lit, echo = (image.flatten()[source] for image in (depth, incidence, lit, echo))
         steep = incidence + _STEEP_JITTER * patchy_noise(depth.shape, _WINDOW, generator) > _STEEPEST
-        seen = lit & ~lost & ~steep & (depth > _NEAREST) & (depth < _FURTHEST)
+        faint = swallowed(echo, generator)
+        seen = lit & ~lost & ~steep & ~faint & (depth > _NEAREST) & (depth < _FURTHEST)
         true = torch.where(seen, depth, 1.0)
         reach = self.baseline * _FOCAL_PX
         # The published noise contains that of rounding disparity, which is added below.
-        noise = axial_noise(true, torch.where(seen, incidence, 0.0)) * reach / true**2
+        noise = axial_noise(true, torch.where(seen, incidence, 0.0)) * reach / true**2 / echo
         unrounded = (noise**2 - _DISPARITY_STEP_PX**2 / 12).clamp(min=0.0).sqrt()
         disparity = reach / true + unrounded * patchy_noise(depth.shape, _WINDOW, generator)
         steps = (disparity / _DISPARITY_STEP_PX).round().clamp(min=1.0)

@@ -10,6 +10,7 @@ from torch import Tensor
 from torch.nn.functional import max_pool2d
 
 from blockstab.rgbd.frame import Camera
+from blockstab.simulation.sensors.echoes import swallowed
 from blockstab.simulation.sensors.patches import patchy_noise
 
 _CAMERA = Camera(fx=615.0, fy=615.0, cx=319.5, cy=239.5)  # its colour camera sees 42 degrees of height
@@ -44,32 +45,37 @@ class RealSense:
     height_px: int = 480
     width_px: int = 640
     baseline: float = 0.05
+    slip_px: float = 0.8
 
-    def measure(self, depth: Tensor, incidence: Tensor, lit: Tensor, generator: torch.Generator) -> Tensor:
+    def measure(
+        self, depth: Tensor, incidence: Tensor, lit: Tensor, echo: Tensor, generator: torch.Generator
+    ) -> Tensor:
         """Turn true depth into what the sensor reports; arguments and result are those of `Sensor.measure`.
 
         What is near spreads over what is behind it by up to three pixels. Along edges a third of the pixels
         has no depth, and some fly: theirs lies in between, up to one pixel further. Disparity comes in steps
-        of 1/32 pixel. Depth is missing in the second eye's shadow, on surfaces seen at over 80 degrees, and
-        nearer than 0.28 m or further than 6 m.
+        of 1/32 pixel, and errs the more the fainter the echo. Depth is missing in the second eye's shadow, on
+        surfaces seen at over 80 degrees, in patches where little light comes back, and nearer than 0.28 m or
+        further than 6 m.
         """
         reach = self.baseline * self.camera.fx
         disparity = torch.where(depth > 0, reach / depth, 0.0)
         # What disparity changes by from a pixel to the next on a plane in the middle of the picture.
         slope = disparity / self.camera.fx * incidence.clamp(max=_STEEPEST).tan()
         source = _spread(disparity, slope, generator)
-        disparity, slope, incidence, lit = (
-            image.flatten()[source] for image in (disparity, slope, incidence, lit)
+        disparity, slope, incidence, lit, echo = (
+            image.flatten()[source] for image in (disparity, slope, incidence, lit, echo)
         )
         disparity = _torn(disparity, slope, generator)
         steep = incidence + _STEEP_JITTER * patchy_noise(depth.shape, _WINDOW, generator) > _STEEPEST
         # The published noise contains that of rounding disparity, which is added below.
         unrounded = math.sqrt(_SUBPIXEL_PX**2 - _DISPARITY_STEP_PX**2 / 12)
-        noisy = disparity + unrounded * patchy_noise(depth.shape, _WINDOW, generator)
+        faint = swallowed(echo, generator)
+        noisy = disparity + unrounded / echo * patchy_noise(depth.shape, _WINDOW, generator)
         steps = (noisy / _DISPARITY_STEP_PX).round().clamp(min=1.0)
         measured = (1000.0 * reach / (steps * _DISPARITY_STEP_PX)).round() / 1000.0
         in_range = (measured >= _NEAREST) & (measured <= _FURTHEST)
-        return torch.where(lit & ~steep & (disparity > 0) & in_range, measured, 0.0)
+        return torch.where(lit & ~steep & ~faint & (disparity > 0) & in_range, measured, 0.0)
 
 
 def _spread(disparity: Tensor, slope: Tensor, generator: torch.Generator) -> Tensor:

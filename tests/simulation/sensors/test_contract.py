@@ -85,9 +85,40 @@ def test_a_near_thing_casts_its_shadow_to_the_left_and_as_wide_as_the_second_eye
     hidden = (columns >= 100) & (columns < 220) & (panel(near, far) == far)
     hidden[:80] = hidden[160:] = False
     flat = torch.zeros(SHAPE, dtype=torch.float64)
-    measured = sensor.measure(panel(near, far), flat, ~hidden, generator)[80 + RIM : 160 - RIM]
+    measured = sensor.measure(panel(near, far), flat, ~hidden, torch.ones_like(flat), generator)[
+        80 + RIM : 160 - RIM
+    ]
     width = math.ceil(moved / near - moved / far)
     assert not measured[:, 100 - width + RIM : 100 - RIM].any()
     assert measured[:, : 100 - width - RIM].all()
     assert measured[:, 220 + RIM :].all()
     assert int(hidden[100].sum()) == int(hidden[100, :100].sum()) in (width - 1, width)
+
+
+measuring = pytest.mark.parametrize(
+    "sensor", [SENSORS["kinect"], SENSORS["realsense"]], ids=["kinect", "realsense"]
+)
+
+
+@measuring
+def test_the_less_light_comes_back_the_more_is_lost_and_the_worse_the_rest(
+    sensor: Sensor, generator: torch.Generator
+) -> None:
+    lost, error = [], []
+    for echo in (1.0, 0.6, 0.3, 0.1):
+        measured = seen(sensor, wall(1.0), generator, echo=echo)
+        found = measured > 0
+        lost.append(1.0 - float(found.double().mean()))
+        error.append(float((measured - wall(1.0))[found].std()))
+    assert lost[:2] == [0.0, 0.0]
+    assert 0.25 < lost[2] < 0.55 < lost[3] < 0.95
+    assert error == sorted(error)
+    assert error[3] > 4 * error[0]
+
+
+@measuring
+def test_what_is_lost_of_a_dark_surface_lies_in_patches(sensor: Sensor, generator: torch.Generator) -> None:
+    missing = (seen(sensor, wall(1.0), generator, echo=0.25) == 0).double()
+    alike = float((missing[:, 3:] == missing[:, :-3]).double().mean())
+    share = float(missing.mean())
+    assert alike > share**2 + (1 - share) ** 2 + 0.15

@@ -17,7 +17,9 @@ def test_the_error_is_half_a_millimetre_at_most(generator: torch.Generator) -> N
 def test_edges_and_steep_surfaces_are_measured_and_nothing_is_in_shadow(generator: torch.Generator) -> None:
     true = panel(0.8, 1.2)
     dark = torch.zeros(SHAPE, dtype=torch.bool)
-    assert torch.equal(Ideal().measure(true, torch.full_like(true, 1.57), dark, generator), true)
+    assert torch.equal(
+        Ideal().measure(true, torch.full_like(true, 1.57), dark, torch.full_like(true, 0.1), generator), true
+    )
 
 
 def test_what_16_bits_do_not_hold_is_missing(generator: torch.Generator) -> None:

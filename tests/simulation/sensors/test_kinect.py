@@ -51,7 +51,7 @@ def test_nothing_is_measured_in_the_projector_s_shadow(generator: torch.Generato
     true = torch.ones(SHAPE, dtype=torch.float64)
     lit = torch.ones(SHAPE, dtype=torch.bool)
     lit[:, :100] = False
-    measured = SENSOR.measure(true, torch.zeros_like(true), lit, generator)
+    measured = SENSOR.measure(true, torch.zeros_like(true), lit, torch.ones_like(true), generator)
     assert torch.equal(measured > 0, lit)
 
 

@@ -101,7 +101,9 @@ def test_a_steep_table_and_the_foot_of_a_wall_are_no_edges(generator: torch.Gene
     facing = rays @ torch.stack([torch.zeros_like(tilt), tilt.sin(), tilt.cos()])
     true = (0.6 * tilt.cos() / facing).clamp(max=0.6)
     incidence = (torch.where(true < 0.6, facing, 1.0) / rays.norm(dim=-1)).arccos()
-    measured = SENSOR.measure(true, incidence, torch.ones_like(true, dtype=torch.bool), generator)
+    measured = SENSOR.measure(
+        true, incidence, torch.ones_like(true, dtype=torch.bool), torch.ones_like(true), generator
+    )
     error = REACH / measured - REACH / true
     assert (measured > 0).all()
     assert float(error.std()) == pytest.approx(0.08, rel=0.1)

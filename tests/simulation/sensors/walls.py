@@ -25,8 +25,9 @@ def panel(near: float, far: float) -> torch.Tensor:
 
 
 def seen(
-    sensor: Sensor, depth: torch.Tensor, generator: torch.Generator, tilt_deg: float = 0.0
+    sensor: Sensor, depth: torch.Tensor, generator: torch.Generator, tilt_deg: float = 0.0, echo: float = 1.0
 ) -> torch.Tensor:
     """What the sensor reports where nothing is in shadow."""
     lit = torch.ones_like(depth, dtype=torch.bool)
-    return sensor.measure(depth, torch.full_like(depth, math.radians(tilt_deg)), lit, generator)
+    tilt = torch.full_like(depth, math.radians(tilt_deg))
+    return sensor.measure(depth, tilt, lit, torch.full_like(depth, echo), generator)
