@@ -136,7 +136,7 @@ def _fitted_again(planes: Tensor, label: Tensor, cloud: Cloud, reach: Tensor) ->
     chosen = label[part] > 0
     plane = label[part][chosen] - 1
     terms = moments(cloud.points[part][chosen], reach[part][chosen] ** -2)
-    sums = torch.stack([torch.bincount(plane, term, minlength=len(planes)) for term in terms.T], dim=1)
+    sums = torch.zeros(len(planes), terms.shape[1], dtype=torch.float64).index_add(0, plane, terms)
     many = torch.bincount(plane, minlength=len(planes)) >= _LEAST_VOTES
     result = planes.clone()
     result[many] = fitted(sums[many])

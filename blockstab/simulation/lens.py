@@ -11,6 +11,7 @@ from PIL import Image
 from torch import Tensor
 
 _GREY = torch.tensor([0.2126, 0.7152, 0.0722])  # luminance of linear sRGB
+_MIDDLE = 0.45  # the grey that contrast leaves as it is
 
 
 def develop(light: Tensor, variety: float, generator: torch.Generator) -> Tensor:
@@ -25,17 +26,19 @@ def develop(light: Tensor, variety: float, generator: torch.Generator) -> Tensor
     """
     share = torch.rand(12, generator=generator)
     off = variety * (2.0 * share - 1.0)
-    light = _blurred(light, 0.55 + 0.25 * float(off[0]))
+    light = _blurred(light, 0.5 + 0.25 * float(off[0]))
     light = light * _vignette(light.shape, 0.25 + 0.25 * float(off[1]))[..., None]
     light = light * (1.0 + 0.1 * off[2:5])  # white balance
-    # The exposure brings the median to a grey of 84 to 140 of 255, seldom quite right.
-    level = float(_linear(torch.tensor((112.0 + 28.0 * float(off[5])) / 255.0)))
+    # The exposure brings the median to a grey of 80 to 152 of 255, seldom quite right.
+    level = float(_linear(torch.tensor((116.0 + 36.0 * float(off[5])) / 255.0)))
     light = light * (level / float((light * _GREY).sum(dim=-1).median().clamp(min=1e-6)))
     light = light + (0.004 + 0.004 * float(off[6]))  # stray light in the lens
-    light = torch.lerp((light * _GREY).sum(dim=-1, keepdim=True), light, 0.78 + 0.14 * float(off[7]))
+    light = torch.lerp((light * _GREY).sum(dim=-1, keepdim=True), light, 0.95 + 0.25 * float(off[7]))
     light = light.clamp(min=0.0) + _noise(light, 0.013 * (1.0 + 0.8 * float(off[8])), generator)
     picture = _encoded(_shouldered(light.clamp(min=0.0)))
-    sharp = picture + (0.35 + 0.35 * float(off[9])) * (picture - _blurred(picture, 1.0))
+    # Cheap cameras turn up the contrast until what is bright is white, and what is dark is black.
+    picture = _MIDDLE + (1.2 + 0.3 * float(off[11])) * (picture - _MIDDLE)
+    sharp = picture + (0.5 + 0.5 * float(off[9])) * (picture - _blurred(picture, 1.0))
     return _squeezed((255.0 * sharp).round().clamp(0, 255).to(torch.uint8), 82 + round(12 * float(off[10])))
 
 

@@ -12,7 +12,7 @@ from blockstab.simulation.solids import Solid, box
 
 _VARIES = 0.2  # of every length, up or down
 _FAINT = (0.03, 0.4)  # share of infrared light that comes back from what is black and glossy
-_DARK = 0.1  # share of all things that are
+_DARK = 0.07  # share of all things that are
 
 
 @dataclass(frozen=True)

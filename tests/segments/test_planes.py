@@ -14,7 +14,7 @@ from blockstab.boxes.box import Boxes
 from blockstab.percept import given_ground, perceive
 from blockstab.rgbd.cloud import DISPARITY_NOISE, Cloud, cloud_from_frame
 from blockstab.rgbd.frame import Camera, Frame, read_scene
-from blockstab.segments.planes import PlaneFinder, PlaneMap, find_planes
+from blockstab.segments.planes import PlaneFinder, PlaneMap, _fitted_again, find_planes
 from tests.block_scene import STACK, TABLE_Y, Block, Picture, picture
 from tests.segments.faces import Faces, faces_of
 from tests.synthetic import BLOCKS, NOISE, photograph
@@ -188,6 +188,22 @@ def test_what_is_not_measured_is_on_no_plane() -> None:
     depth = torch.where(hole, scene.frame.depth, 0.0)
     cloud = cloud_from_frame(replace(scene.frame, depth=depth))
     assert not find_planes(cloud).label[~hole].any()
+
+
+def test_planes_of_which_no_pixel_is_looked_at_again_stay_as_they_are() -> None:
+    cloud = picture(STACK).cloud
+    found = find_planes(cloud)
+    nowhere = torch.zeros_like(found.label)
+    again = _fitted_again(found.planes, nowhere, cloud, torch.ones_like(cloud.depth))
+    assert torch.equal(again, found.planes)
+
+
+@pytest.mark.parametrize("name", ["frame00", "frame07"])
+def test_an_image_full_of_holes_is_looked_at_without_a_word(real_scenes: Path, name: str) -> None:
+    frame = read_scene(real_scenes / "apc" / name)
+    found = find_planes(cloud_from_frame(frame))
+    assert found.label.shape == frame.depth.shape
+    assert int(found.label.max()) == len(found.planes)
 
 
 @pytest.mark.parametrize("wrong", [{"reach": 0.0}, {"least_px": -1}, {"strides": (4, 0)}])

@@ -25,11 +25,12 @@ def test_corners_are_darker_than_the_middle() -> None:
     assert picture[:20, :20].mean() < picture[50:70, 70:90].mean() - 8
 
 
-def test_edges_are_blurred_and_dark_parts_are_not_black() -> None:
+def test_edges_are_blurred_and_what_gets_no_light_is_dark() -> None:
     light = torch.ones(SIZE)
     light[:, 80:] = 0.0
     row = developed(light, 0.0)[40:80].mean(dim=(0, 2))
-    assert 5 < row[120:].mean() < 50
+    assert row[120:].mean() < 30
+    assert row[40:60].mean() > 90
     assert (row[78:82].diff().abs() < 0.8 * (row[60] - row[100])).all()
 
 
@@ -49,3 +50,13 @@ def test_brighter_light_makes_brighter_pixels_without_a_limit() -> None:
     )
     assert dark < middle - 5
     assert middle < bright - 5
+
+
+def test_cameras_differ_in_brightness_and_contrast() -> None:
+    light = torch.ones(SIZE)
+    light[:60] = 0.25
+    found = [developed(light, seed=seed) for seed in range(12)]
+    levels = [float(picture.median()) for picture in found]
+    steps = [float(picture[70:110].mean() - picture[10:50].mean()) for picture in found]
+    assert max(levels) - min(levels) > 25
+    assert max(steps) > 1.2 * min(steps)
