@@ -202,7 +202,15 @@ def test_a_scene_without_labels_cannot_be_scored(folders):
 def test_a_scene_without_listed_objects_is_scored_by_its_labels_alone(folders):
     write_truth(folders[0], replace(TRUTH, objects=()))
     scores = scores_of(folders, ALL)
-    by_labels = {"overlap", "overlap_plain", "overlap_touching", "overlap_f", "boundary_f", "detected"}
+    by_labels = {
+        "overlap",
+        "overlap_plain",
+        "overlap_touching",
+        "overlap_f",
+        "boundary_f",
+        "detected",
+        "flat_found",
+    }
     assert {name for name, score in scores.items() if score.things} == by_labels
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from blockstab.datasets.truth import Truth
 from blockstab.rgbd.frame import Frame
+from blockstab.scoring.flat import flat_found
 from blockstab.scoring.prediction import Prediction, Score
 from blockstab.scoring.scenes import axis_error, stable, support, support_below
 from blockstab.scoring.segments import (
@@ -31,6 +32,7 @@ SCORES: dict[str, Callable[[Prediction, Frame, Truth], Score]] = {
     "overlap_f": overlap_f,
     "boundary_f": boundary_f,
     "detected": detected,
+    "flat_found": flat_found,
 }
 
 
