@@ -23,4 +23,5 @@ def swallowed(echo: Tensor, generator: torch.Generator) -> Tensor:
     wide, fine = (patchy_noise(echo.shape, window, generator) for window in (_WIDE, _FINE))
     fate = (wide + _FRAYED * fine) / (1.0 + _FRAYED**2) ** 0.5
     share = (1.0 - echo / _ENOUGH).clamp(0.0, _AT_MOST)
-    return fate < torch.special.ndtri(share)
+    lost: Tensor = fate < torch.special.ndtri(share)
+    return lost
