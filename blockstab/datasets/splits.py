@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +17,8 @@ from blockstab.export import write_whole
 from blockstab.rgbd.reading import FrameError, read_meta
 
 Parts = Mapping[str, Sequence[str]]
+
+_LONGEST_NAME = 160  # bytes of a file's name; file systems take 255, and a temporary name is longer
 
 
 class Split(Protocol):
@@ -112,13 +115,13 @@ class Folds:
 def scenes_of(data: SceneSet, split: Split, part: str, kept: Path) -> list[str]:
     """The scenes of one part of a split, in the order of the set.
 
-    The split is read from `kept/<set>_<split>.json`, which is written, the folder too, when it is first asked for.
+    The split is read from `kept/<set>_<split>.json`, shortened where that is too long for a file, which is written, the folder too, when it is first asked for.
 
     Raises:
         ValueError: there is no such part, or it is empty.
         FrameError: the file that keeps the split is damaged, or names scenes that the set has not.
     """
-    file = kept / f"{data.name}_{split.name}.json".replace("/", "-").replace(" ", "_")
+    file = kept / _file_name(f"{data.name}_{split.name}")
     if not file.exists():
         drawn = {name: list(scenes) for name, scenes in split(data).items()}
         kept.mkdir(parents=True, exist_ok=True)
@@ -137,6 +140,14 @@ def scenes_of(data: SceneSet, split: Split, part: str, kept: Path) -> list[str]:
         )
     chosen = set(parts[part])
     return [scene for scene in known if scene in chosen]
+
+
+def _file_name(name: str) -> str:
+    """A file's name, which says the whole where a file system takes that, and else the beginning and a digest."""
+    name = name.replace("/", "-").replace(" ", "_")
+    if len(name.encode()) <= _LONGEST_NAME:
+        return f"{name}.json"
+    return f"{name[: _LONGEST_NAME // 4]}_{hashlib.sha256(name.encode()).hexdigest()[:16]}.json"
 
 
 def _parts_in(file: Path) -> dict[str, list[str]]:

@@ -105,3 +105,10 @@ def test_a_strange_name_in_a_split_file_stays_a_short_line(tmp_path: Path, name:
 def test_a_set_s_name_with_slashes_and_spaces_stays_in_the_folder(tmp_path: Path) -> None:
     scenes_of(Names(("a",), name="../osd (annotated)"), Whole(), "all", tmp_path)
     assert [f.name for f in tmp_path.iterdir()] == ["..-osd_(annotated)_whole.json"]
+
+
+def test_sets_whose_names_are_longer_than_a_file_s_keep_a_file_each(tmp_path: Path) -> None:
+    for last in "ab":
+        joined = Names(("a",), name="+".join(["a_long_name_of_a_set"] * 20 + [last]))
+        assert scenes_of(joined, Whole(), "all", tmp_path) == ["a"]
+    assert len(list(tmp_path.iterdir())) == 2
