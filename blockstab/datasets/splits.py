@@ -115,7 +115,8 @@ class Folds:
 def scenes_of(data: SceneSet, split: Split, part: str, kept: Path) -> list[str]:
     """The scenes of one part of a split, in the order of the set.
 
-    The split is read from `kept/<set>_<split>.json`, shortened where that is too long for a file, which is written, the folder too, when it is first asked for.
+    The split is read from `kept/<set>_<split>.json`, shortened where that is too long for a file. It is written, the
+    folder too, when it is first asked for.
 
     Raises:
         ValueError: there is no such part, or it is empty.
