@@ -57,6 +57,23 @@ def test_at_a_shelf_the_camera_stands_in_front(upright: Upright, generator: torc
         assert abs(math.degrees(math.atan2(x, z))) <= 35
 
 
+def test_at_a_desk_some_of_the_pile_may_be_cut_off_but_not_most(
+    upright: Upright, generator: torch.Generator
+) -> None:
+    pile = pile_of_boxes(
+        upright([(x, 0.05, z, 0.05, 0.05, 0.05) for x in (-0.3, 0.0, 0.3) for z in (-0.3, 0.0, 0.3)])
+    )
+    shares = []
+    for _ in range(30):
+        view = draw_view(generator, pile, KINECT, "desk")
+        assert 30 <= down_deg(view) <= 65
+        column, row, depth = view.pixels(pile.boxes().corners().flatten(0, 1)).unbind(dim=1)
+        inside = (column > 0) & (column < 319) & (row > 0) & (row < 239) & (depth > 0)
+        shares.append(float(inside.double().mean()))
+    assert min(shares) >= 0.7
+    assert sum(share < 1.0 for share in shares) >= 10
+
+
 def test_convention_camera_axes_are_right_handed_and_the_table_is_below(
     upright: Upright, generator: torch.Generator
 ) -> None:
