@@ -18,7 +18,9 @@ from tests.docs.pages import composed
 from tests.search.watched import blocks_view, seeded, watched
 from tests.synthetic import over_split
 
-PAPER = RSamp((Split(), Merge()), moves_per_kind=5, pool_size=5, rounds=15, patience=5, first=(Greedy(),))
+PAPER = RSamp(
+    (Split(), Merge()), moves_per_kind=5, pool_size=5, rounds=15, patience=5, at_once=1, first=(Greedy(),)
+)
 FROM_START = replace(PAPER, first=(Stay(),))
 
 
