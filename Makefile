@@ -57,7 +57,7 @@ docs: $(STAMP)
 
 pretrained: $(STAMP)
 	$(BIN)/python train.py data=mixed potential=trees ablations=[without_stability] output=models/pretrained/trees jobs=$(JOBS)
-	$(BIN)/python train.py data=mixed potential=mlp fit.structured=true fit.weight=null fit.most_rows=15000 output=models/pretrained/mlp jobs=$(JOBS)
+	$(BIN)/python train.py data=mixed potential=mlp fit.most_rows=20000 output=models/pretrained/mlp jobs=$(JOBS)
 	$(BIN)/python train.py data=mixed potential=svm fit.most_rows=20000 output=models/pretrained/svm jobs=$(JOBS)
 	$(BIN)/python train.py data=mixed potential=svm fit.most_rows=20000 features=paper fit.target=bit \
 		output=models/pretrained/svm_paper jobs=$(JOBS)
