@@ -7,7 +7,7 @@ STAMP := .venv/.installed
 DEMO := out/demo
 JOBS ?= 2
 
-.PHONY: setup demo test test-capabilities lint types bench docs pretrained proposals figures python
+.PHONY: setup demo test test-capabilities lint types bench docs pretrained proposals folds figures python
 .DEFAULT_GOAL := setup
 
 setup: $(STAMP)
@@ -84,6 +84,19 @@ proposals: $(STAMP)
 	$(BIN)/python -m benchmarks.atoms --root $(OSD) --out docs/results/atoms_osd.json --jobs $(JOBS)
 	$(BIN)/blockstab simulate --preset objects --count 50 --seed 5000 --jobs $(JOBS) --out $(PROPOSALS)/objects
 	$(BIN)/python -m benchmarks.atoms --root $(PROPOSALS)/objects --out docs/results/atoms_objects.json --jobs $(JOBS)
+	$(BIN)/python docs/tables.py
+
+# Potentials learned on three folds of a folder of scenes and tested on the fourth: make folds OSD=path/of/osd
+FOLDS := out/folds
+folds: $(STAMP)
+	@test -n "$(OSD)" || { echo "say where the scenes are: make folds OSD=path/of/osd"; exit 1; }
+	for fold in 0 1 2 3; do \
+		$(BIN)/python train.py potential=trees $(FOLDED) part=train$$fold output=$(FOLDS)/trees$$fold jobs=$(JOBS) && \
+		$(BIN)/python evaluate.py experiment=table4 'methods=[Start,Stability,R-Samp]' \
+			experiment.potentials.trees=$(FOLDS)/trees$$fold.json $(FOLDED) part=test$$fold out=$(FOLDS)/fold$$fold \
+			jobs=$(JOBS) || exit 1; \
+	done
+	$(BIN)/python docs/pool.py $(FOLDS)/fold?/results.json --out docs/results/table4_osd_folds.json
 	$(BIN)/python docs/tables.py
 
 # What searches do, on simulated scenes (Figures 11, 13 and 14 of the paper).

@@ -16,7 +16,7 @@ from blockstab.scoring import Score
 from blockstab.scoring.rows import Scored, rows_of
 
 ALIKE = ("experiment", "seed", "versions")  # what all folds must have in common
-OVER_OBJECTS = ("axis_error_deg", "support_accuracy", "support_below", "stable_share")
+OVER_OBJECTS = ("axis_error_deg", "support_accuracy", "support_below", "stable_share", "flat_found")
 
 
 def pool(folds: Sequence[dict[str, Any]]) -> dict[str, Any]:
