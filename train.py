@@ -83,17 +83,18 @@ def train_potentials(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None
             for i, one in zip(part, more, strict=True):
                 examples[i] = joined([examples[i], one])
         found = fit(examples)
-    _saved(cfg, Path(cfg.output), found, len(scenes))
+    facts = provenance(cfg, len(scenes))
+    _saved(Path(cfg.output), found, facts)
     for name in cfg.ablations:
         # The same examples, seen by other columns: what those columns are worth.
-        _saved(cfg, Path(f"{cfg.output}_{name}"), fit(examples, features=feature_set(name)), len(scenes))
+        ablated = fit(examples, features=feature_set(name))
+        _saved(Path(f"{cfg.output}_{name}"), ablated, {**facts, "ablation": name})
 
 
-def _saved(cfg: DictConfig, output: Path, found: Fitted, images: int) -> None:
-    for kind, facts in found.facts.items():
-        print(kind, facts)
-    facts = {**provenance(cfg, images), "potentials": found.facts}
-    save_potentials(output, found.potentials, found.weight, facts)
+def _saved(output: Path, found: Fitted, facts: dict[str, Any]) -> None:
+    for kind, of_kind in found.facts.items():
+        print(kind, of_kind)
+    save_potentials(output, found.potentials, found.weight, {**facts, "potentials": found.facts})
     print(f"potentials in {output}.safetensors and {output}.json")
 
 

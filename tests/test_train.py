@@ -98,6 +98,11 @@ def test_ablations_are_trained_on_the_same_examples_with_other_columns(place):
     assert (place / "both.safetensors").read_bytes() == (place / "mine.safetensors").read_bytes()
     less = parsing_potentials(place / "both_without_stability.json")
     assert less.unary.potential.columns == feature_set("without_stability").unary
+    told = [
+        json.loads((place / f"both{end}.json").read_text())["provenance"]
+        for end in ("", "_without_stability")
+    ]
+    assert [facts.get("ablation") for facts in told] == [None, "without_stability"]
 
 
 def test_a_round_searches_so_many_scenes(place):
