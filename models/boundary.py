@@ -108,7 +108,7 @@ def orientations(label: Tensor) -> Tensor:
     The gradients of all blurred regions tell where their borders face.
     """
     tensor = np.zeros((3, *label.shape))
-    for region in label.unique().tolist():
+    for region in torch.unique(label).tolist():
         down, right = np.gradient(gaussian_filter((label == region).numpy().astype(np.float64), _ORIENT_PX))
         tensor += np.stack([right * right, down * down, -right * down])
     facing = 0.5 * np.arctan2(2 * tensor[2], tensor[0] - tensor[1])  # counter-clockwise from the x axis

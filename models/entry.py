@@ -19,7 +19,7 @@ def made(node: DictConfig) -> Any:
     return instantiate(node, _convert_="all")
 
 
-def example_maker(cfg: DictConfig, starts: Iterable[DictConfig] = (), **settings: int) -> ExampleMaker:
+def example_maker(cfg: DictConfig, starts: Iterable[DictConfig] = (), **settings: Any) -> ExampleMaker:
     """Makes examples as a configuration says.
 
     Args:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
 from blockstab.boundaries.combination import Combination, FixedWeights
-from blockstab.energy import Rating
+from blockstab.energy import Potential, Rating
 from blockstab.energy.overlap import Parts, expected_loss, expected_overlap, parts_of
 from blockstab.energy.recording import Recorder
 from blockstab.features.description import Described
@@ -31,16 +30,21 @@ from models.perturbing import walks
 from models.rows import GOOD, Examples, Rows, States, joined, joined_parts, joined_rows
 
 
-class Neutral(NamedTuple):
+@dataclass(frozen=True)
+class Neutral:
     """Potentials that find everything alike: with them, moves are drawn without preference."""
 
     weight: float = 0.0
 
-    @staticmethod
-    def unary(rows: Tensor) -> Tensor:
-        return torch.full((len(rows),), 0.5, dtype=torch.float64)
+    @property
+    def unary(self) -> Potential:
+        return _alike
 
     pairwise = alone = background = unary
+
+
+def _alike(rows: Tensor) -> Tensor:
+    return torch.full((len(rows),), 0.5, dtype=torch.float64)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import torch
 from joblib import Parallel, delayed
@@ -70,14 +71,10 @@ def as_tensors(examples: Examples) -> dict[str, Tensor]:
 
 def from_tensors(kept: Mapping[str, Tensor]) -> Examples:
     """The examples that `as_tensors` took apart."""
-    parts = {f.name: kept[f"parts.{f.name}"] for f in fields(Parts)}
-    return Examples(
-        *(Rows(*(kept[f"{k}.{part}"] for part in Rows._fields)) for k in KINDS),
-        States(
-            *(kept[f"states.{name}"] for name in _OF_STATES),
-            Parts(**{**parts, "count": int(parts["count"])}),
-        ),
-    )
+    rows = {kind: Rows(*(kept[f"{kind}.{part}"] for part in Rows._fields)) for kind in KINDS}
+    parts: dict[str, Any] = {f.name: kept[f"parts.{f.name}"] for f in fields(Parts)}
+    whole = {name: kept[f"states.{name}"] for name in _OF_STATES}
+    return Examples(**rows, states=States(**whole, parts=Parts(**{**parts, "count": int(parts["count"])})))
 
 
 def scene_generator(scene: str, seed: int) -> torch.Generator:

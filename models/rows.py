@@ -66,23 +66,27 @@ def joined_parts(parts: Sequence[Parts]) -> Parts:
     """Several segmentations as one table."""
     start = torch.tensor([0, *(p.count for p in parts)]).cumsum(0).tolist()
     return Parts(
-        *(torch.cat([getattr(p, name) for p in parts]) for name in ("area", "background", "lost", "smaller")),
-        torch.cat([p.segment_of + k for p, k in zip(parts, start, strict=False)]),
-        torch.cat([p.boundary_of + k for p, k in zip(parts, start, strict=False)]),
-        start[-1],
+        area=torch.cat([p.area for p in parts]),
+        background=torch.cat([p.background for p in parts]),
+        lost=torch.cat([p.lost for p in parts]),
+        smaller=torch.cat([p.smaller for p in parts]),
+        segment_of=torch.cat([p.segment_of + k for p, k in zip(parts, start, strict=False)]),
+        boundary_of=torch.cat([p.boundary_of + k for p, k in zip(parts, start, strict=False)]),
+        count=start[-1],
     )
 
 
 def joined(parts: Sequence[Examples]) -> Examples:
     """The examples of all parts, in order; of whole segmentations, the truth of the first part comes first."""
     states = [p.states for p in parts]
+    rows = {kind: joined_rows([getattr(p, kind) for p in parts]) for kind in KINDS}
     return Examples(
-        *(joined_rows([getattr(p, kind) for p in parts]) for kind in KINDS),
-        States(
-            *(
-                torch.cat([getattr(s, name) for s in states])
-                for name in ("unary", "pairwise", "loss", "error")
-            ),
-            joined_parts([s.parts for s in states]),
+        **rows,
+        states=States(
+            unary=torch.cat([s.unary for s in states]),
+            pairwise=torch.cat([s.pairwise for s in states]),
+            loss=torch.cat([s.loss for s in states]),
+            error=torch.cat([s.error for s in states]),
+            parts=joined_parts([s.parts for s in states]),
         ),
     )

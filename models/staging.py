@@ -102,7 +102,7 @@ class StageTrainer:
             title = f"stage {number} of {len(self.plan)}"
             parts = list(track(done, title, len(scenes), console=Console(stderr=True)))
             features, within = (torch.cat(tensors) for tensors in zip(*parts, strict=True))
-            if stages and len(within.unique()) < 2:
+            if stages and len(torch.unique(within)) < 2:
                 # What is left is all right already: on few scenes the earlier stages leave nothing to learn.
                 break
             trees, loss = boosted(features, within, step, self.seed)
@@ -179,7 +179,8 @@ def majority(label: Tensor, truth: Tensor) -> Tensor:
     count = int(label.max())
     cells = (label[inside] - 1) * len(ids) + index[inside]
     votes = torch.bincount(cells, minlength=count * len(ids)).view(count, len(ids))
-    return ids[votes.argmax(dim=1)]
+    most: Tensor = ids[votes.argmax(dim=1)]
+    return most
 
 
 def boosted(features: Tensor, within: Tensor, step: StagePlan, seed: int) -> tuple[str, float]:
@@ -190,7 +191,7 @@ def boosted(features: Tensor, within: Tensor, step: StagePlan, seed: int) -> tup
     """
     import lightgbm
 
-    if len(within.unique()) < 2:
+    if len(torch.unique(within)) < 2:
         raise ValueError(
             "Stages learn from borders of objects and others within, but there is one kind only."
         )

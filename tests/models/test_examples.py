@@ -114,13 +114,16 @@ def test_to_the_paper_a_boundary_is_bad_if_either_side_is():
     assert not bool(found.pairwise.target.any())  # two blocks taken for one gain nothing with a third
 
 
-def test_every_atom_tells_of_background_by_the_things_in_it():
+def test_every_atom_and_every_lone_segment_tells_of_background_by_the_things_in_it():
     found = made(CLEAN)
-    view = view_of(photograph(*BLOCKS))
-    assert len(found.background.target) == len(view.atoms)
-    assert set(found.background.target.tolist()) == {0.0, 1.0}
-    things = float((found.background.target * found.background.pixels).sum())
-    assert things == float((FRAME.label > 1).sum())
+    atoms = len(view_of(photograph(*BLOCKS)).atoms)
+    share, pixels = found.background.target, found.background.pixels
+    assert set(share[:atoms].tolist()) == {0.0, 1.0}
+    assert float((share * pixels)[:atoms].sum()) == float((FRAME.label > 1).sum())
+    assert atoms < len(share) <= atoms + len(found.alone.target)
+    assert bool(((share >= 0) & (share <= 1)).all())
+    # The segments of the truth, which are judged as wholes too, are things throughout or not at all.
+    assert set(share[atoms:].tolist()) <= {0.0, 1.0}
 
 
 def test_masks_of_the_pool_are_looked_at_by_themselves():
