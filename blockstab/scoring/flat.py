@@ -45,12 +45,18 @@ def flat_objects(frame: Frame, objects: tuple[int, ...]) -> list[int]:
     flat = []
     for one in objects:
         inside = frame.label == one
-        width = 2 * _AROUND_PX + 1
-        near = max_pool2d(inside[None].float(), width, stride=1, padding=_AROUND_PX)[0] > 0
-        own, around = cloud.points[inside & cloud.valid], cloud.points[near & ground]
+        own, around = cloud.points[inside & cloud.valid], cloud.points[_widened(inside) & ground]
         if min(len(own), len(around)) >= _LEAST_PX and _rise(own, around) <= FLAT:
             flat.append(one)
     return flat
+
+
+def _widened(mask: Tensor) -> Tensor:
+    """A mask (H, W), and all that is near it; first along columns, then along rows."""
+    width, pad = 2 * _AROUND_PX + 1, _AROUND_PX
+    tall = max_pool2d(mask[None].float(), (width, 1), stride=1, padding=(pad, 0))
+    wide: Tensor = max_pool2d(tall, (1, width), stride=1, padding=(0, pad))[0] > 0
+    return wide
 
 
 def _rise(own: Tensor, around: Tensor) -> float:
