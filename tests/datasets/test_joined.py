@@ -64,5 +64,5 @@ def test_the_configured_mixture_is_of_sets_that_are_all_different():
     mixed = instantiate(composed("train", ["data=mixed"]).data)
     sets = mixed.sets.values()
     assert {type(data) for data in sets} == {SimulatedScenes}
-    assert len({data.name for data in sets}) == len(sets) == 6
-    assert sum(data.count for data in sets) == 360
+    assert len({data.name for data in sets}) == len(sets) == 8
+    assert sum(data.count for data in sets) == 320

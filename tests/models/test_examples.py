@@ -122,8 +122,8 @@ def test_every_atom_and_every_lone_segment_tells_of_background_by_the_things_in_
     assert float((share * pixels)[:atoms].sum()) == float((FRAME.label > 1).sum())
     assert atoms < len(share) <= atoms + len(found.alone.target)
     assert bool(((share >= 0) & (share <= 1)).all())
-    # The segments of the truth, which are judged as wholes too, are things throughout or not at all.
-    assert set(share[atoms:].tolist()) <= {0.0, 1.0}
+    # Masks of the pool may be things in part.
+    assert bool(((share[atoms:] > 0) & (share[atoms:] < 1)).any())
 
 
 def test_masks_of_the_pool_are_looked_at_by_themselves():

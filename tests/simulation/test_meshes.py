@@ -95,7 +95,8 @@ def test_the_label_of_a_tin_runs_once_round_it() -> None:
     side = mesh.uv[mesh.patch == 0].flatten(0, 1)
     assert side.amin(dim=0).tolist() == pytest.approx([0.0, 0.0])
     assert side.amax(dim=0).tolist() == pytest.approx([2 * math.pi * 0.05, 0.2])
-    assert mesh.patches[0][2:] == pytest.approx((2 * math.pi * 0.05, 0.2))
+    assert mesh.patches[0][2:4] == pytest.approx((2 * math.pi * 0.05, 0.2))
+    assert mesh.patches[0].echo == TIN.parts[0].echo == 1.0
 
 
 def test_blunt_edges_of_hulls_are_smooth_and_sharp_ones_are_not() -> None:
