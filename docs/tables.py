@@ -33,11 +33,13 @@ UNITS = {"axis_error_deg": (2, "°", 1), "atoms": (0, "", 1), "rank_correlation"
 MADE_BY = {
     "demo": "make demo",
     **dict.fromkeys(("figure13_blocks", "figure13_grocery", "figure13_objects"), "make figures"),
+    "table4_osd_folds": "make folds OSD=osd",
     **dict.fromkeys(
         ("proposals_osd", "proposals_objects", "atoms_osd", "atoms_objects"), "make proposals OSD=osd"
     ),
 }
 OWN_POTENTIALS = ("table4", "potentials")  # experiments that name them
+SCORES = {"table4": ["overlap", "overlap_f", "boundary_f"]}  # of experiments that may be asked for others
 NONE = """\
 No results are stored yet. Run `evaluate.py`, copy its `results.json` to `docs/results/` under a name of its own, and
 run `python docs/tables.py`.
@@ -74,7 +76,10 @@ def _command(results: dict[str, Any]) -> str:
     chosen = "" if results["experiment"] in OWN_POTENTIALS else f" potentials={first}"
     some = results.get("methods")
     methods = f" 'methods=[{','.join(some)}]'" if some else ""
-    return f"python evaluate.py experiment={results['experiment']} {data}{chosen} seed={results['seed']}{methods}"
+    asked, usual = list(results["rows"][0]["scores"]), SCORES.get(results["experiment"])
+    scores = f" 'experiment.scores=[{','.join(asked)}]'" if usual and asked != usual else ""
+    experiment, seed = results["experiment"], results["seed"]
+    return f"python evaluate.py experiment={experiment} {data}{chosen} seed={seed}{methods}{scores}"
 
 
 def _table(rows: list[dict[str, Any]]) -> str:
