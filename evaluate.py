@@ -16,15 +16,15 @@ from rich.console import Console
 from rich.table import Table
 
 import blockstab
-from blockstab.comparison import Comparison, Method
 from blockstab.datasets.readable import readable
 from blockstab.datasets.splits import scenes_of
-from blockstab.export import write_whole
-from blockstab.parser import Parser
+from blockstab.evaluation.comparison import Comparison, Method
+from blockstab.output.export import write_whole
+from blockstab.parsing.parser import Parser
 from models.entry import example_maker, made, one_line_errors
 from models.gathering import gathered
-from models.judging import judged
-from models.parsing import parsing_potentials
+from models.potentials.judging import judged
+from models.potentials.parsing import parsing_potentials
 
 # Rows of a table, once it is known of which scenes.
 RowMaker = Callable[[Comparison], list[dict[str, Any]]]

@@ -18,15 +18,15 @@ from blockstab.datasets.readable import readable
 from blockstab.datasets.sets import SceneSet
 from blockstab.datasets.splits import scenes_of
 from blockstab.features.columns import feature_set
-from models.boundary import save_boundary, train_boundary
-from models.checkpoint import save_potentials
+from models.boundary.training import save_boundary, train_boundary
 from models.entry import example_maker, made, one_line_errors
-from models.fitting import Fitted, fit_all
 from models.gathering import gathered
-from models.potential import fold_of
-from models.rows import joined
-from models.stages import save_stages
-from models.staging import StageTrainer
+from models.potentials.checkpoint import save_potentials
+from models.potentials.fitting import Fitted, fit_all
+from models.potentials.potential import fold_of
+from models.potentials.rows import joined
+from models.stages.stages import save_stages
+from models.stages.training import StageTrainer
 
 
 @hydra.main(config_path="configs", config_name="train", version_base="1.3")
@@ -109,7 +109,7 @@ def train_stages(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:
 
 
 def train_boundaries(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:
-    """The weights of the signs of an edge, for `boundaries=learned`."""
+    """The weights of the cues of an edge, for `boundaries=learned`."""
     weights, facts = train_boundary(
         data, scenes, provenance(cfg, len(scenes)), Path(cfg.cache), cfg.seed, cfg.jobs, cfg.overwrite
     )

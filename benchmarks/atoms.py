@@ -16,12 +16,12 @@ from rich.progress import track
 
 import blockstab
 from blockstab.datasets.sets import FolderScenes
-from blockstab.export import write_whole
-from blockstab.metrics import boundary_recall, inner_border, undersegmentation_error
-from blockstab.percept import estimated_ground, perceive
-from blockstab.scoring import Score
-from blockstab.scoring.prediction import object_ids
-from blockstab.scoring.rows import Scored, rows_of
+from blockstab.evaluation.metrics import boundary_recall, inner_border, undersegmentation_error
+from blockstab.evaluation.scoring import Score
+from blockstab.evaluation.scoring.prediction import object_ids
+from blockstab.evaluation.scoring.rows import Scored, rows_of
+from blockstab.observation import estimated_ground, observe
+from blockstab.output.export import write_whole
 
 NAMES = ("boundary_recall", "undersegmentation_error", "atoms")
 
@@ -32,7 +32,7 @@ def scored(scene: str, data: FolderScenes) -> dict[str, float]:
     frame, truth = data.read(scene)
     if frame.label is None:
         raise ValueError(f"{frame.name} has no label.png; there is nothing to score against.")
-    fine = perceive(frame, estimated_ground).fine
+    fine = observe(frame, estimated_ground).fine
     recall = boundary_recall(inner_border(frame.label, object_ids(frame, truth)), fine)
     return dict(
         zip(NAMES, (recall, undersegmentation_error(frame.label, fine), float(fine.max())), strict=True)

@@ -12,7 +12,7 @@ import torch
 from pytest_benchmark.fixture import BenchmarkFixture
 from torch import Tensor
 
-from blockstab.convex import Polygons, area, clip, hull
+from blockstab.geometry.convex_hulls import Polygons, area, clip, hull
 
 PAIRS = 1000
 SETS = 5000

@@ -1,4 +1,4 @@
-"""Relations, trimming and verdicts of piles: machine code beside the steps in torch that it puts together."""
+"""Relations, trimming and verdicts of islands: machine code beside the steps in torch that it puts together."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.stability.random_piles import Table, table
 RULES = SupportRules()
 
 
-def piles(amount: int, largest: int) -> tuple[Table, Tensor]:
+def islands(amount: int, largest: int) -> tuple[Table, Tensor]:
     world = table("any", amount, largest, torch.Generator().manual_seed(amount))
     return world, RULES.noise(world.boxes)
 
@@ -30,13 +30,13 @@ def by_steps(world: Table, slack: Tensor) -> None:
 class TestPiles:
     @pytest.fixture(autouse=True)
     def beside_the_same_piles(self, benchmark: BenchmarkFixture, amount: int, largest: int) -> None:
-        benchmark.group = f"{amount} piles of up to {largest} boxes"
+        benchmark.group = f"{amount} islands of up to {largest} boxes"
 
     def test_machine_code(self, benchmark: BenchmarkFixture, amount: int, largest: int) -> None:
         warm_up()
-        world, slack = piles(amount, largest)
+        world, slack = islands(amount, largest)
         benchmark(lambda: judge(*world, RULES, slack))
 
     def test_steps(self, benchmark: BenchmarkFixture, amount: int, largest: int) -> None:
-        world, slack = piles(amount, largest)
+        world, slack = islands(amount, largest)
         benchmark(lambda: by_steps(world, slack))

@@ -11,7 +11,7 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from blockstab.rgbd.cloud import Cloud, cloud_from_frame
-from blockstab.segments.planes import find_planes
+from blockstab.segments.plane_map import find_planes
 
 SEED, INLIER_M, ITERATIONS = 9200, 0.0075, 300
 

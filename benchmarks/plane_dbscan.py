@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from blockstab.percept import Percept
+from blockstab.observation import Observation
 from blockstab.proposals import Proposed
 
 
@@ -32,12 +32,12 @@ class PlaneDBSCAN:
     least_voxels: int = 10
     least_px: int = 100
 
-    def __call__(self, percept: Percept) -> Proposed:
+    def __call__(self, observation: Observation) -> Proposed:
         """Divide the image: id 1 is what the planes took, clusters follow."""
         import open3d
 
-        valid = percept.cloud.valid
-        points = percept.cloud.points[valid].numpy()
+        valid = observation.cloud.valid
+        points = observation.cloud.points[valid].numpy()
         label = np.zeros(len(points), dtype=np.int64)
         left = np.arange(len(points))
         open3d.utility.random.seed(0)

@@ -11,22 +11,22 @@ from typing import Annotated
 
 import typer
 
-from blockstab.batch import Job, parse_all
 from blockstab.boundaries.combination import Combination, FixedWeights
 from blockstab.datasets.folder import IMAGES, META
-from blockstab.parser import NamedPotentials, Parser
-from blockstab.percept import estimated_ground, given_ground
+from blockstab.determinism.sources import stamp_of_files
+from blockstab.observation import estimated_ground, given_ground
+from blockstab.output.batch import Job, parse_all
+from blockstab.parsing.parser import NamedPotentials, Parser
 from blockstab.proposals import Proposal
 from blockstab.proposals.felzenszwalb import Felzenszwalb
 from blockstab.proposals.files import SCENE, LabelFile, MaskFile
-from blockstab.proposals.planes import Planes
+from blockstab.proposals.plane_pieces import Planes
 from blockstab.proposals.watershed import Watershed
 from blockstab.rgbd.frame import Camera, read_images, read_scene
 from blockstab.search import Search
 from blockstab.search.greedy import Greedy
 from blockstab.search.rsamp import RSamp
-from blockstab.search.stay import Stay
-from blockstab.sources import stamp_of_files
+from blockstab.search.start import Start
 
 app = typer.Typer(
     help="Understand RGB-D images as things that stand.",
@@ -78,7 +78,7 @@ PROPOSALS: dict[ProposalName, type[Proposal]] = {
 SEARCHES: dict[SearchName, type[Search]] = {
     SearchName.rsamp: RSamp,
     SearchName.greedy: Greedy,
-    SearchName.none: Stay,
+    SearchName.none: Start,
 }
 
 
@@ -97,7 +97,7 @@ def parse(
         str | None, typer.Option(help="For files: their path, with {scene} for the scene's name.")
     ] = None,
     boundaries: Annotated[
-        BoundaryName, typer.Option(help="How signs of an edge are weighed.")
+        BoundaryName, typer.Option(help="How cues of an edge are weighed.")
     ] = BoundaryName.fixed,
     search: Annotated[SearchName, typer.Option(help="How it is improved.")] = SearchName.rsamp,
     potentials: Annotated[str, typer.Option(help="trees, mlp, svm, or a file of your own.")] = "trees",
@@ -177,7 +177,7 @@ def _simulated_scenes(
 
 
 def _simulated_verdicts(out: Path, preset: str, count: int, seed: int, jobs: int) -> str:
-    from blockstab.simulation.verdicts import summary, write_verdicts
+    from blockstab.simulation.physics.verdicts import summary, write_verdicts
 
     if preset != "blocks":
         raise ValueError(f"Verdicts are about blocks, not {preset}; leave --preset out.")
@@ -211,7 +211,7 @@ def _proposal(name: ProposalName, masks: str | None) -> Proposal:
     if (masks is not None) != (name is ProposalName.files):
         raise typer.BadParameter("--proposals files and --masks belong together")
     if name is ProposalName.silberman:
-        from models.stages import silberman
+        from models.stages.stages import silberman
 
         return silberman()
     return PROPOSALS[name]() if masks is None else MaskFile(masks)
@@ -225,13 +225,13 @@ def _check_masks(jobs: list[Job], proposal: MaskFile) -> None:
 def _combination(name: BoundaryName) -> Combination:
     if name is BoundaryName.fixed:
         return FixedWeights()
-    from models.boundary import load_boundary
+    from models.boundary.training import load_boundary
 
     return load_boundary()
 
 
 def _potentials(name: str) -> NamedPotentials:
-    from models.parsing import parsing_potentials
+    from models.potentials.parsing import parsing_potentials
 
     return parsing_potentials(name)
 

@@ -11,9 +11,9 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from blockstab.export import write_whole
-from blockstab.scoring import Score
-from blockstab.scoring.rows import Scored, rows_of
+from blockstab.evaluation.scoring import Score
+from blockstab.evaluation.scoring.rows import Scored, rows_of
+from blockstab.output.export import write_whole
 
 ALIKE = ("experiment", "seed", "versions")  # what all folds must have in common
 OVER_OBJECTS = ("axis_error_deg", "support_accuracy", "support_below", "stable_share", "flat_found")

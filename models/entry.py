@@ -10,7 +10,7 @@ from hydra.errors import InstantiationException
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from models.examples import ExampleMaker
+from models.potentials.examples import ExampleMaker
 
 
 def made(node: DictConfig) -> Any:

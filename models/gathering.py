@@ -17,12 +17,12 @@ from safetensors.torch import load_file, save
 from torch import Tensor
 
 from blockstab.datasets.sets import SceneSet
+from blockstab.determinism.fingerprint import fingerprint
 from blockstab.energy.overlap import Parts
-from blockstab.export import write_whole
-from blockstab.fingerprint import fingerprint
+from blockstab.output.export import write_whole
 from blockstab.proposals import stamp_of
-from models.examples import ExampleMaker
-from models.rows import KINDS, Examples, Rows, States
+from models.potentials.examples import ExampleMaker
+from models.potentials.rows import KINDS, Examples, Rows, States
 
 _OF_STATES = ("unary", "pairwise", "loss", "error")  # the rest is in `Parts`
 

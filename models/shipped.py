@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from models.checkpoint import PRETRAINED
-from models.record import CheckpointError
+from models.potentials.checkpoint import PRETRAINED
+from models.potentials.record import CheckpointError
 
 Learned = TypeVar("Learned")
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from blockstab.percept import Percept, percept_of
+from blockstab.observation import Observation, observation_of
 from blockstab.rgbd.cloud import Cloud, cloud_from_frame
 from blockstab.rgbd.frame import Camera, Frame
 from blockstab.rgbd.ground import Ground
@@ -36,9 +36,9 @@ class Picture:
     ground: Ground
 
     @property
-    def percept(self) -> Percept:
+    def observation(self) -> Observation:
         """All that is computed of it once."""
-        return percept_of(self.frame, self.cloud, self.ground)
+        return observation_of(self.frame, self.cloud, self.ground)
 
 
 def picture(blocks: Sequence[Block], pitch_deg: float = 40.0) -> Picture:

@@ -9,9 +9,9 @@ from torch import Tensor
 
 from blockstab.boxes.box import Boxes
 from blockstab.boxes.separation import separation
-from blockstab.features.appearance import APPEARANCE_COLUMNS
+from blockstab.features.appearance.pair_columns import APPEARANCE_COLUMNS
 from blockstab.rgbd.ground import Ground
-from blockstab.scene import Pairs, Scene
+from blockstab.scene.types import Pairs, Scene
 from blockstab.segments.segmentation import Pair, Segmentation
 from tests.worlds import Block, build, judge_boxes
 

@@ -24,32 +24,32 @@ from blockstab.datasets.ocid import OCID
 from blockstab.datasets.osd import OSD
 from blockstab.datasets.sets import FolderScenes
 from blockstab.datasets.sunrgbd import SUNRGBD
+from blockstab.determinism.fingerprint import fingerprint
 from blockstab.energy.overlap import expected_overlap
 from blockstab.energy.paper import paper_energy
 from blockstab.energy.truth import true_overlap
 from blockstab.features.columns import feature_set
-from blockstab.fingerprint import fingerprint
-from blockstab.parser import Parser
-from blockstab.percept import Percept, estimated_ground, given_ground
-from blockstab.pool import NoMasks, Regions
+from blockstab.observation import Observation, estimated_ground, given_ground
+from blockstab.parsing.parser import Parser
 from blockstab.proposals import Proposed
 from blockstab.proposals.felzenszwalb import Felzenszwalb
 from blockstab.proposals.files import LabelFile, MaskFile
-from blockstab.proposals.planes import Planes
+from blockstab.proposals.plane_pieces import Planes
+from blockstab.proposals.pool import NoMasks, Regions
 from blockstab.proposals.watershed import Watershed
-from blockstab.reasoning import Rules
+from blockstab.scene.inference import Rules
 from blockstab.search.best_cut import BestCut
 from blockstab.search.greedy import Greedy
 from blockstab.search.moves.every import EVERY
 from blockstab.search.rsamp import RSamp
-from blockstab.search.stay import Stay
+from blockstab.search.start import Start
 from blockstab.search.truth import Truth
 from blockstab.simulation.cached import SimulatedScenes
-from models.boundary import load_boundary
-from models.examples import ExampleMaker
-from models.heads import LinearHead, MLPHead, TreesHead
-from models.parsing import parsing_potentials
-from models.stages import silberman
+from models.boundary.training import load_boundary
+from models.potentials.examples import ExampleMaker
+from models.potentials.heads import LinearHead, MLPHead, TreesHead
+from models.potentials.parsing import parsing_potentials
+from models.stages.stages import silberman
 from tests.toy_potentials import toy_potentials
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -75,8 +75,8 @@ class Plain:
     def known(self) -> dict[int, bool]:
         return {1: True}
 
-    def __call__(self, percept: Percept) -> Proposed:
-        return Proposed(percept.fine, self.known())
+    def __call__(self, observation: Observation) -> Proposed:
+        return Proposed(observation.fine, self.known())
 
 
 @dataclass(frozen=True)
@@ -118,8 +118,8 @@ EVERY_PART: dict[str, Callable[[], object]] = {
     "best cut": BestCut,
     "truth": Truth,
     "rsamp": RSamp,
-    "rsamp from the start": lambda: RSamp(first=(Stay(),)),
-    "none": Stay,
+    "rsamp from the start": lambda: RSamp(first=(Start(),)),
+    "none": Start,
     **{type(move).__name__: type(move) for move in EVERY},
     "expected overlap": lambda: expected_overlap,
     "energy of the paper": lambda: paper_energy,

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.boxes.catalogue import BoxFitter
+from blockstab.boxes.box_cache import BoxFitter
 from blockstab.boxes.fitting import Fits, MinimumSurface
 from blockstab.boxes.visibility import visible_faces
 

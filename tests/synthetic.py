@@ -13,15 +13,15 @@ from PIL import Image
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.interpretation import Interpreter
-from blockstab.percept import given_ground, perceive
+from blockstab.observation import given_ground, observe
 from blockstab.proposals import Proposal
 from blockstab.proposals.files import LabelFile
-from blockstab.reasoning import Rules
+from blockstab.proposals.search_input import SearchInput, make_search_input
 from blockstab.rgbd.frame import Camera, Frame
+from blockstab.scene.builder import SceneBuilder
+from blockstab.scene.inference import Rules
 from blockstab.segments.hierarchy import build_hierarchy, split
 from blockstab.segments.segmentation import Segmentation
-from blockstab.view import View, make_view
 from tests.worlds import Block, build
 
 HEIGHT, WIDTH, FOCAL = 144, 192, 260.0  # pixels
@@ -107,34 +107,34 @@ def _entry(box: Boxes, rays: Tensor) -> Tensor:
     return torch.where((enter < leave) & (enter > 0), enter, torch.inf)
 
 
-def view_of(photo: Photograph, proposal: Proposal | None = None) -> View:
+def view_of(photo: Photograph, proposal: Proposal | None = None) -> SearchInput:
     """The photograph made ready, its true labels as the first segmentation."""
-    return make_view(perceive(photo.frame, given_ground), proposal or LabelFile())
+    return make_search_input(observe(photo.frame, given_ground), proposal or LabelFile())
 
 
-def interpreter(view: View, rules: Rules | None = None) -> Interpreter:
+def builder(search_input: SearchInput, rules: Rules | None = None) -> SceneBuilder:
     """One that has understood nothing yet."""
-    cloud, ground = view.percept.cloud, view.percept.ground
-    return Interpreter(cloud, view.sight, ground, view.atoms, rules or Rules())
+    cloud, ground = search_input.observation.cloud, search_input.observation.ground
+    return SceneBuilder(cloud, search_input.occlusion, ground, search_input.atoms, rules or Rules())
 
 
-def over_split(view: View, rounds: int = 1) -> Segmentation:
+def over_split(search_input: SearchInput, rounds: int = 1) -> Segmentation:
     """The start with every object split in two, each part again, and so on, but into no specks: of these few points
     fit any box, so they tell nothing about a search."""
-    hierarchy, background = build_hierarchy(view.atoms), view.start.segments[0]
-    now = view.start
+    hierarchy, background = build_hierarchy(search_input.atoms), search_input.start.segments[0]
+    now = search_input.start
     for _ in range(rounds):
         for segment in now.segments:
-            parts = split(segment, view.atoms, hierarchy) if segment != background else None
-            if parts and min(int(view.atoms.pixels[list(part)].sum()) for part in parts) >= LEAST_PX:
+            parts = split(segment, search_input.atoms, hierarchy) if segment != background else None
+            if parts and min(int(search_input.atoms.pixels[list(part)].sum()) for part in parts) >= LEAST_PX:
                 now = now.replace(now.segments.index(segment), parts)
     return now
 
 
-def variants(view: View, count: int, seed: int = 0) -> list[Segmentation]:
+def variants(search_input: SearchInput, count: int, seed: int = 0) -> list[Segmentation]:
     """Different segmentations, the start among them, by random splits and merges of objects."""
-    generator, hierarchy = torch.Generator().manual_seed(seed), build_hierarchy(view.atoms)
-    background, found = view.start.segments[0], [view.start]
+    generator, hierarchy = torch.Generator().manual_seed(seed), build_hierarchy(search_input.atoms)
+    background, found = search_input.start.segments[0], [search_input.start]
 
     def drawn(below: int) -> int:
         return int(torch.randint(0, below, (1,), generator=generator))
@@ -143,14 +143,14 @@ def variants(view: View, count: int, seed: int = 0) -> list[Segmentation]:
         child = found[drawn(len(found))]
         pairs = [
             (a, b)
-            for a, b in zip(*(side.tolist() for side in child.neighbours(view.atoms)), strict=True)
+            for a, b in zip(*(side.tolist() for side in child.neighbours(search_input.atoms)), strict=True)
             if background not in (child.segments[a], child.segments[b])
         ]
         if drawn(3) == 0 and pairs:
             child = child.merge(*pairs[drawn(len(pairs))])
         else:
             index = 1 + drawn(len(child) - 1)
-            parts = split(child.segments[index], view.atoms, hierarchy)
+            parts = split(child.segments[index], search_input.atoms, hierarchy)
             child = child.replace(index, parts) if parts else child
         found += [child] * (child not in found)
     return found

@@ -9,12 +9,12 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.convex import Polygons
-from blockstab.parsed import Parsed
+from blockstab.geometry.convex_hulls import Polygons
+from blockstab.parsing.parsed import Parsed
 from blockstab.rgbd.cloud import Cloud
 from blockstab.rgbd.frame import Camera, Frame
 from blockstab.rgbd.ground import Ground
-from blockstab.scene import Pairs, Scene
+from blockstab.scene.types import Pairs, Scene
 from blockstab.segments.segmentation import Segmentation
 from blockstab.stability.balance import Balance
 from blockstab.stability.support import GROUND, Supports, SupportType

@@ -15,9 +15,9 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from blockstab.cli import app
-from blockstab.export import scene_schema
-from models.checkpoint import save_potentials
-from models.heads import Potential
+from blockstab.output.export import scene_schema
+from models.potentials.checkpoint import save_potentials
+from models.potentials.heads import Potential
 from tests.synthetic import BLOCKS, photograph, write_folder
 from tests.toy_potentials import kinds_of, linear, toy_potentials
 

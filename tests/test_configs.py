@@ -12,7 +12,7 @@ from blockstab.energy.overlap import CAUTION, expected_overlap
 from blockstab.energy.paper import paper_energy
 from blockstab.energy.truth import true_overlap
 from blockstab.features.columns import FeatureSet
-from models.heads import HEADS
+from models.potentials.heads import HEADS
 from tests.docs.pages import ROOT, composed
 from tests.search.watched import blocks_view, seeded, watched
 from tests.synthetic import over_split

@@ -13,9 +13,9 @@ import torch
 from omegaconf import DictConfig
 
 import evaluate
-from blockstab import fingerprint
+from blockstab.determinism import fingerprint
 from blockstab.features.columns import COLUMNS
-from models.checkpoint import save_potentials
+from models.potentials.checkpoint import save_potentials
 from tests.docs.pages import composed
 from tests.synthetic import BLOCKS, photograph, write_folder
 from tests.tolerance import EXACT
@@ -25,7 +25,7 @@ METHODS = ("Start", "Labels")
 EXPERIMENT = """\
 name: toy
 scores: [overlap, stable_share]
-stay: {_target_: blockstab.search.stay.Stay}
+stay: {_target_: blockstab.search.start.Start}
 methods:
   Start: {search: "${experiment.stay}"}
   Labels:
@@ -102,7 +102,7 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_result(place):
 
 def test_a_changed_setting_of_one_method_predicts_that_one_again(place):
     first = evaluated(place)
-    rules = "{_target_:blockstab.reasoning.Rules,refit_rounds:0}"
+    rules = "{_target_:blockstab.scene.inference.Rules,refit_rounds:0}"
     assert redone(first, evaluated(place, f"+experiment.methods.{METHODS[0]}.rules={rules}")) == {
         f"predictions/{METHODS[0]}/scene{k}" for k in range(2)
     }

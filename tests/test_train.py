@@ -11,12 +11,12 @@ import torch
 
 import train
 from blockstab.features.columns import feature_set
-from blockstab.parser import Parser
+from blockstab.parsing.parser import Parser
 from blockstab.proposals.watershed import Watershed
 from blockstab.search.rsamp import RSamp
-from models.heads import TreesHead
-from models.parsing import parsing_potentials
-from models.rows import KINDS
+from models.potentials.heads import TreesHead
+from models.potentials.parsing import parsing_potentials
+from models.potentials.rows import KINDS
 from tests.docs.pages import composed
 from tests.synthetic import BLOCKS, photograph, write_folder
 

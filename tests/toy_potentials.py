@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import torch
 
 from blockstab.features.columns import COLUMNS
-from models.checkpoint import Potentials
-from models.heads import HeadFactory, LinearHead, MLPHead, Potential, initialised
+from models.potentials.checkpoint import Potentials
+from models.potentials.heads import HeadFactory, LinearHead, MLPHead, Potential, initialised
 
 
 def linear(columns: Sequence[str], weights: dict[str, float], bias: float) -> Potential:

@@ -37,7 +37,7 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Judged:
+class StabilityResult:
     """What the rule says of a world."""
 
     boxes: Boxes
@@ -73,12 +73,12 @@ def build(*blocks: Block) -> tuple[Boxes, Tensor]:
     return boxes, torch.tensor([not b.fixed for b in blocks])
 
 
-def judge(*blocks: Block) -> Judged:
+def judge(*blocks: Block) -> StabilityResult:
     """Ask the paper's rule about a world that stands on the ground at y = 0."""
     return judge_boxes(*build(*blocks))
 
 
-def judge_boxes(boxes: Boxes, movable: Tensor) -> Judged:
+def judge_boxes(boxes: Boxes, movable: Tensor) -> StabilityResult:
     """The same for boxes."""
     n = len(boxes)
     first, second = torch.triu_indices(n, n, offset=1)
@@ -93,7 +93,7 @@ def judge_boxes(boxes: Boxes, movable: Tensor) -> Judged:
     )
     exact = torch.zeros(n, dtype=torch.float64)
     supports = trim(boxes, candidates, exact)
-    return Judged(boxes, movable, candidates, supports, balance(boxes, movable, supports, exact))
+    return StabilityResult(boxes, movable, candidates, supports, balance(boxes, movable, supports, exact))
 
 
 TABLE = (GROUND, "surface")

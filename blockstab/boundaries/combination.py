@@ -1,4 +1,4 @@
-"""From signs of an edge to how likely it is that two objects meet."""
+"""From cues of an edge to how likely it is that two objects meet."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from blockstab.boundaries.gradients import COLOR_GRADIENTS, pb
 
 
 class Combination(Protocol):
-    """A way to weigh the signs of an edge: a class with its settings."""
+    """A way to weigh the cues of an edge: a class with its settings."""
 
     def __call__(self, cues: Cues, /) -> BoundaryMap:
         """The strength of boundaries; each pixel by itself."""

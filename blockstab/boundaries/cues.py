@@ -1,4 +1,4 @@
-"""All signs of an edge that an image gives, side by side."""
+"""All cues of an edge that an image gives, side by side."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CUES = (*COLOR_GRADIENTS, *RELIEF, "rim")
 
 @dataclass(frozen=True)
 class Cues:
-    """Signs of an edge at each pixel and orientation.
+    """Cues of an edge at each pixel and orientation.
 
     Args:
         values: (8, 4, H, W) float32, 0 to 1, in the order of `CUES`; orientations as in `BoundaryMap`. Colours are
@@ -35,7 +35,7 @@ class Cues:
 
 
 def cues_of(frame: Frame) -> Cues:
-    """Look for every sign of an edge, in colour and in depth side by side where torch may use several threads."""
+    """Look for every cue of an edge, in colour and in depth side by side where torch may use several threads."""
     with ThreadPoolExecutor(min(2, torch.get_num_threads())) as pool:
         color, depth = pool.submit(color_gradients, frame.color), pool.submit(relief, frame)
         rim = _rim(without_gaps(frame.depth > 0)).expand(4, -1, -1)

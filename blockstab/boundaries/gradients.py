@@ -1,4 +1,4 @@
-"""Signs of an edge that an image's colours give: brightness, colour and texture (Martin, Fowlkes and Malik 2004)."""
+"""Cues of an edge that an image's colours give: brightness, colour and texture (Martin, Fowlkes and Malik 2004)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Signs of an edge that depth gives: jumps, convex and concave creases (Gupta, Arbelaez and Malik 2013)."""
+"""Cues of an edge that depth gives: jumps, convex and concave creases (Gupta, Arbelaez and Malik 2013)."""
 
 from __future__ import annotations
 

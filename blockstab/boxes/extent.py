@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import MIN_HALF_EXTENT
-from blockstab.boxes.planes import Plane, plane_basis
+from blockstab.boxes.plane_fits import Plane, plane_basis
 
 _COARSE_DEG, _FINE_DEG = 3.0, 0.25
 

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from blockstab.boxes.box import Boxes, concatenate
 from blockstab.boxes.extent import enclose, flat_frame, surface_distance
-from blockstab.boxes.planes import first_plane, fixed_plane, perpendicular_plane, refine
+from blockstab.boxes.plane_fits import first_plane, fixed_plane, perpendicular_plane, refine
 from blockstab.boxes.sampling import uniform
 from blockstab.boxes.visibility import visible_share
 

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from blockstab.boxes.box import MIN_HALF_EXTENT, Boxes
 from blockstab.boxes.fitting import Fits, judged
-from blockstab.boxes.planes import plane_basis
+from blockstab.boxes.plane_fits import plane_basis
 
 _FLAT = 1e-9  # metres; below it Open3D's search sees coplanar points and answers with a box of size zero
 

@@ -16,9 +16,9 @@ from torch import Tensor
 from blockstab.datasets.bop_entries import bounds, camera_of, entries, numbers
 from blockstab.datasets.organised import inside, lies_in
 from blockstab.datasets.truth import ObjectTruth, Truth
+from blockstab.determinism.sources import stamp_of_files
 from blockstab.rgbd.frame import Frame, check_same_size, decoded
 from blockstab.rgbd.reading import FrameError, ImageFile, Meta, color_file, depth_file, label_file, read_meta
-from blockstab.sources import stamp_of_files
 
 _COLORS = ("rgb/{}.png", "rgb/{}.jpg", "gray/{}.png", "gray/{}.jpg")
 _RIGID = 1e-3

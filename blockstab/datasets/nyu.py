@@ -12,8 +12,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from blockstab.datasets.hdf5 import open_arrays
-from blockstab.datasets.matlab import Matrix, read_matlab
+from blockstab.datasets.formats.hdf5 import open_arrays
+from blockstab.datasets.formats.matlab import Matrix, read_matlab
 from blockstab.datasets.organised import inside
 from blockstab.datasets.truth import ObjectTruth, Truth
 from blockstab.rgbd.frame import Camera, Frame, check_depth

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from blockstab.datasets.organised import inside, read_frame, read_ids, truth_of
 from blockstab.datasets.truth import Truth
+from blockstab.determinism.sources import stamp_of_files
 from blockstab.rgbd.frame import Camera, Frame, read_images
 from blockstab.rgbd.reading import FrameError, depth_file
-from blockstab.sources import stamp_of_files
 
 _CAMERA, _SIZE = Camera(570.34, 570.34, 319.5, 239.5), (640, 480)
 _BACKGROUND = {"floor": (1,), "table": (1, 2)}

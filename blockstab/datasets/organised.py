@@ -9,7 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from blockstab.datasets.pcd import OrganisedCloud, read_cloud
+from blockstab.datasets.formats.pcd import OrganisedCloud, read_cloud
 from blockstab.datasets.truth import LARGEST_ID, ObjectTruth, Truth
 from blockstab.rgbd.frame import Camera, Frame, check_depth
 from blockstab.rgbd.reading import FrameError, label_file

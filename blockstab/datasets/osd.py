@@ -11,9 +11,9 @@ from torch import Tensor
 
 from blockstab.datasets.organised import inside, read_frame, read_ids, truth_of
 from blockstab.datasets.truth import LARGEST_ID, Truth
+from blockstab.determinism.sources import stamp_of_files
 from blockstab.rgbd.frame import Frame
 from blockstab.rgbd.reading import FrameError
-from blockstab.sources import stamp_of_files
 
 _TABLE = 1
 _FOLDERS = ("", "learn", "test", "pcd")

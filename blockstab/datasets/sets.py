@@ -9,8 +9,8 @@ from typing import Protocol
 
 from blockstab.datasets.folder import BOUNDARY, IMAGES, META, read_truth, scene_folders
 from blockstab.datasets.truth import Truth
+from blockstab.determinism.sources import stamp_of_files
 from blockstab.rgbd.frame import Frame, read_scene
-from blockstab.sources import stamp_of_files
 
 
 class SceneSet(Protocol):

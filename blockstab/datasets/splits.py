@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from blockstab.datasets.sets import SceneSet
-from blockstab.export import write_whole
+from blockstab.output.export import write_whole
 from blockstab.rgbd.reading import FrameError, read_meta
 
 Parts = Mapping[str, Sequence[str]]

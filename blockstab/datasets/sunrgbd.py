@@ -16,9 +16,9 @@ from torch import Tensor
 from blockstab.datasets.organised import inside, lies_in
 from blockstab.datasets.polygons import polygon_labels
 from blockstab.datasets.truth import ObjectTruth, Truth
+from blockstab.determinism.sources import stamp_of_files
 from blockstab.rgbd.frame import Camera, Frame, decoded
 from blockstab.rgbd.reading import FrameError, color_file, depth_file
-from blockstab.sources import stamp_of_files
 
 _ANNOTATION = "annotation2Dfinal/index.json"
 _BACKGROUND = frozenset(("floor", "wall", "ceiling"))

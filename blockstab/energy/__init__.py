@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from blockstab.features.description import Described
-from blockstab.scene import Scene
+from blockstab.scene.types import Scene
 
 Potential = Callable[[Tensor], Tensor]  # rows of features to potentials (N,); lower is better
 

@@ -14,8 +14,8 @@ from blockstab.energy import Potential, Rating, asked
 from blockstab.features.columns import LONE_COLUMNS, SEGMENT_COLUMNS
 from blockstab.features.description import Described
 from blockstab.features.pairwise import boundaries
+from blockstab.proposals.search_input import SearchInput
 from blockstab.segments.segmentation import Segment, Segmentation
-from blockstab.view import View
 
 CAUTION = 0.1
 
@@ -160,6 +160,10 @@ class TwoJudges:
 _LONE = torch.tensor([SEGMENT_COLUMNS.index(name) for name in LONE_COLUMNS])
 
 
-def expected_overlap(potentials: _Learned, view: View, caution: float = CAUTION) -> ExpectedOverlap:
+def expected_overlap(
+    potentials: _Learned, search_input: SearchInput, caution: float = CAUTION
+) -> ExpectedOverlap:
     """The energy of an image with learned potentials, which leaves the start of the image with caution."""
-    return ExpectedOverlap(TwoJudges(potentials), potentials.pairwise, potentials.weight, caution, view.start)
+    return ExpectedOverlap(
+        TwoJudges(potentials), potentials.pairwise, potentials.weight, caution, search_input.start
+    )

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from blockstab.energy import Potential, Rating, asked
 from blockstab.features.description import Described
-from blockstab.view import View
+from blockstab.proposals.search_input import SearchInput
 
 NEUTRAL = 0.5  # between good (0) and bad (1)
 
@@ -54,6 +54,6 @@ class _Learned(Protocol):
     def pairwise(self) -> Potential: ...
 
 
-def paper_energy(potentials: _Learned, view: View) -> PaperEnergy:
+def paper_energy(potentials: _Learned, search_input: SearchInput) -> PaperEnergy:
     """Eq. 2 with learned potentials; it is the same for every image."""
     return PaperEnergy(potentials.unary, potentials.pairwise)

@@ -10,8 +10,8 @@ import torch
 from blockstab.energy import Rating
 from blockstab.energy.overlap import expected_loss, parts_of
 from blockstab.features.description import Described
+from blockstab.proposals.search_input import SearchInput
 from blockstab.segments.overlap import Overlap
-from blockstab.view import View
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class TrueOverlap:
         return ratings
 
 
-def true_overlap(potentials: object, view: View) -> TrueOverlap:
+def true_overlap(potentials: object, search_input: SearchInput) -> TrueOverlap:
     """The energy of an image whose labels are known; ValueError without labels. Potentials are not asked."""
-    frame = view.percept.frame
+    frame = search_input.observation.frame
     if frame.label is None:
         raise ValueError(f"{frame.name} has no label.png; the true overlap needs one.")
-    return TrueOverlap(Overlap(view.atoms, frame.label, frame.background_ids))
+    return TrueOverlap(Overlap(search_input.atoms, frame.label, frame.background_ids))

@@ -1,4 +1,4 @@
-"""What lies along the borders of atoms: signs of an edge, which side is nearer, and where the image ends."""
+"""What lies along the borders of atoms: cues of an edge, which side is nearer, and where the image ends."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from blockstab.boundaries.cues import CUES
-from blockstab.percept import Percept
+from blockstab.observation import Observation
 from blockstab.rgbd.cloud import SENSOR_STEP
 from blockstab.segments.atoms import Atoms
 from blockstab.segments.edgelets import cracks_of
@@ -33,7 +33,7 @@ class AtomBorders:
     open: Tensor
 
     @staticmethod
-    def of(percept: Percept, atoms: Atoms) -> AtomBorders:
+    def of(observation: Observation, atoms: Atoms) -> AtomBorders:
         """Measure every border once."""
         count = len(atoms)
         cracks = cracks_of(atoms.label)
@@ -49,22 +49,22 @@ class AtomBorders:
             atoms.first * count + atoms.second, ends[:, 0].contiguous() * count + ends[:, 1]
         )
         row, column = pixels.unbind(dim=-1)
-        along = _maps(percept)[:, row, column].amax(dim=2).T.double()
-        before = _before(percept.cloud.depth[row, column])
+        along = _maps(observation)[:, row, column].amax(dim=2).T.double()
+        before = _before(observation.cloud.depth[row, column])
         zeros = torch.zeros(len(atoms.first), len(BORDER_CUES) + 2, dtype=torch.float64)
         sums = zeros.index_add(0, border, torch.cat([along, before], dim=1))
         return AtomBorders(sums[:, :-2], sums[:, -2:], torch.stack([blank, rim], dim=1).double())
 
 
-def _maps(percept: Percept) -> Tensor:
+def _maps(observation: Observation) -> Tensor:
     """(7, H, W) the images of `BORDER_CUES`."""
-    signs = [
-        percept.signs[[CUES.index(name) for name in ((source,) if isinstance(source, str) else source)]].amax(
-            dim=0
-        )
+    cues = [
+        observation.cues[
+            [CUES.index(name) for name in ((source,) if isinstance(source, str) else source)]
+        ].amax(dim=0)
         for source in _SOURCES
     ]
-    return torch.stack([percept.boundaries.strength, *(sign.double() for sign in signs)])
+    return torch.stack([observation.boundaries.strength, *(sign.double() for sign in cues)])
 
 
 def _before(depth: Tensor) -> Tensor:

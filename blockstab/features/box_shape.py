@@ -9,8 +9,8 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.convex import area, hull
 from blockstab.features.formulas import columns_of
+from blockstab.geometry.convex_hulls import area, hull
 from blockstab.rgbd.frame import Camera
 from blockstab.rgbd.ground import Ground
 

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from blockstab.features.borders import BORDER_CUES, AtomBorders
 from blockstab.features.formulas import columns_of
-from blockstab.percept import Percept
+from blockstab.observation import Observation
 from blockstab.segments.atoms import Atoms
 from blockstab.segments.hierarchy import Hierarchy, joined_at
 
@@ -97,10 +97,10 @@ class Contours:
       above it. `pieces`: parts that do not touch.
     """
 
-    def __init__(self, percept: Percept, atoms: Atoms, hierarchy: Hierarchy) -> None:
+    def __init__(self, observation: Observation, atoms: Atoms, hierarchy: Hierarchy) -> None:
         """Measure the borders of all atoms once."""
         self._atoms = atoms
-        self._borders = AtomBorders.of(percept, atoms)
+        self._borders = AtomBorders.of(observation, atoms)
         self._joined = joined_at(hierarchy, atoms.first, atoms.second)
 
     def __call__(self, segments: Sequence[frozenset[int]]) -> Tensor:

@@ -9,14 +9,14 @@ from itertools import chain
 import torch
 from torch import Tensor
 
-from blockstab.features.appearances import Appearances
+from blockstab.features.appearance.pair_cache import Appearances
 from blockstab.features.box_shape import box_shape
 from blockstab.features.contour import Contours
 from blockstab.features.pairwise import pairs_of, pairwise_features
 from blockstab.features.surface import Surfaces
 from blockstab.features.unary import unary_features
-from blockstab.percept import Percept
-from blockstab.scene import Scene
+from blockstab.observation import Observation
+from blockstab.scene.types import Scene
 from blockstab.segments.atoms import Atoms
 from blockstab.segments.hierarchy import Hierarchy
 from blockstab.segments.segmentation import Segment
@@ -45,7 +45,7 @@ class Describer:
 
     def __init__(
         self,
-        percept: Percept,
+        observation: Observation,
         atoms: Atoms,
         hierarchy: Hierarchy,
         background: Callable[[Tensor], Tensor],
@@ -55,10 +55,10 @@ class Describer:
         Args:
             background: from columns `LONE_COLUMNS` to the share of a segment that is expected to be things.
         """
-        self._percept, self._atoms = percept, atoms
-        self._contours = Contours(percept, atoms, hierarchy)
-        self._surfaces = Surfaces(percept, atoms)
-        self._appearances = Appearances(percept, atoms)
+        self._observation, self._atoms = observation, atoms
+        self._contours = Contours(observation, atoms, hierarchy)
+        self._surfaces = Surfaces(observation, atoms)
+        self._appearances = Appearances(observation, atoms)
         self._rows = torch.empty(0, 0, dtype=torch.float64)
         self._row: dict[Segment, int] = {}
         self._background = background
@@ -89,7 +89,7 @@ class Describer:
         return self._rows[torch.tensor([self._row[s] for s in segments], dtype=torch.int64)]
 
     def _unary(self, scene: Scene, lone: Tensor) -> Tensor:
-        shape = box_shape(scene.boxes, scene.pixels, self._percept.frame.camera, self._percept.ground)
+        shape = box_shape(scene.boxes, scene.pixels, self._observation.frame.camera, self._observation.ground)
         return torch.cat([unary_features(scene), shape, lone], dim=1)
 
     def lost(self, scene: Scene) -> Tensor:

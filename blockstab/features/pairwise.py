@@ -8,10 +8,10 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from blockstab.features.appearance import APPEARANCE_COLUMNS
+from blockstab.features.appearance.pair_columns import APPEARANCE_COLUMNS
 from blockstab.features.formulas import columns_of
 from blockstab.features.unary import UNSUPPORTED_M, intersections
-from blockstab.scene import Scene
+from blockstab.scene.types import Scene
 from blockstab.segments.segmentation import Pair
 from blockstab.stability.area import on_ground
 

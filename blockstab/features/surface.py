@@ -12,7 +12,7 @@ from torch import Tensor
 
 from blockstab.features.contour import membership
 from blockstab.features.formulas import columns_of
-from blockstab.percept import Percept
+from blockstab.observation import Observation
 from blockstab.segments.atoms import Atoms
 
 _COLORS = ("luma", "blue", "red")
@@ -89,7 +89,7 @@ class Surfaces:
       16 lines around the segment make, that the segment's pixels fill.
     """
 
-    def __init__(self, percept: Percept, atoms: Atoms) -> None:
+    def __init__(self, observation: Observation, atoms: Atoms) -> None:
         """Sum over the pixels of all atoms once."""
         self._atoms = atoms
         inside = (atoms.label > 0).flatten()
@@ -101,20 +101,20 @@ class Surfaces:
             zeros = torch.zeros(count, *values.shape[1:], dtype=torch.float64)
             return zeros.index_add(0, owner, values)
 
-        cloud = percept.cloud
+        cloud = observation.cloud
         valid = cloud.valid.flatten()[inside].double()
-        self._colors = summed(_moments(_ycbcr(percept.frame.color)[inside]))
+        self._colors = summed(_moments(_ycbcr(observation.frame.color)[inside]))
         normals = cloud.normals.flatten(0, 1)[inside]
         self._facing = summed(torch.cat([normals, (normals != 0).any(dim=1, keepdim=True)], dim=1))
-        ground = percept.ground.height
+        ground = observation.ground.height
         height = cloud.points[..., 1].flatten()[inside] - (0.0 if ground is None else ground)
         depth = cloud.depth.flatten()[inside]
-        flat = percept.on_ground.flatten()[inside]
-        area = (depth / percept.frame.camera.fx) * (depth / percept.frame.camera.fy)
+        flat = observation.on_ground.flatten()[inside]
+        area = (depth / observation.frame.camera.fx) * (depth / observation.frame.camera.fy)
         parts = [valid, flat, valid * height, valid * height.square(), valid * depth, area]
         self._measured = summed(torch.stack([part.double() for part in parts], dim=1))
         self._reach = _reach(height, valid > 0, owner, count)
-        plane = percept.planes.label.flatten()[inside]
+        plane = observation.planes.label.flatten()[inside]
         self._planes = torch.zeros(count, int(plane.max()) + 1 if len(plane) else 1, dtype=torch.float64)
         self._planes.index_put_((owner, plane), torch.ones(len(owner), dtype=torch.float64), accumulate=True)
         rows = inside.nonzero()[:, 0]

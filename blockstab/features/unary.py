@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from blockstab.features.formulas import columns_of
-from blockstab.scene import Scene
+from blockstab.scene.types import Scene
 from blockstab.stability.area import on_ground
 from blockstab.stability.support import tilt
 

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from torch import Tensor
 
-from blockstab.percept import Percept
+from blockstab.observation import Observation
 
 
 @dataclass(frozen=True)
@@ -17,12 +17,12 @@ class Proposed:
 
     Args:
         label: (H, W) int64; 0 = no region, ids carry no order.
-        known: for ids of which the proposal knows it, whether they are background (table, floor, wall).
+        is_background: for ids of which the proposal knows it, whether they are background (table, floor, wall).
         scores: for ids of which the proposal says it, how sure it is of them; higher is surer.
     """
 
     label: Tensor
-    known: Mapping[int, bool] = field(default_factory=dict)
+    is_background: Mapping[int, bool] = field(default_factory=dict)
     scores: Mapping[int, float] = field(default_factory=dict)
 
 
@@ -33,11 +33,11 @@ class Proposal(Protocol):
     whenever the file does.
     """
 
-    def __call__(self, percept: Percept) -> Proposed:
+    def __call__(self, observation: Observation) -> Proposed:
         """Divide the image.
 
         Args:
-            percept: the image, its points in the world frame, the ground, boundaries and atoms.
+            observation: the image, its points in the world frame, the ground, boundaries and atoms.
 
         Convention:
             The same image gives the same regions, bit for bit, in any process.

@@ -9,7 +9,7 @@ import torch
 from skimage.segmentation import felzenszwalb
 from torch import Tensor
 
-from blockstab.percept import Percept
+from blockstab.observation import Observation
 from blockstab.proposals import Proposed
 
 
@@ -35,10 +35,10 @@ class Felzenszwalb:
                 f"Scale and depth_m must be above 0, but are {self.scale} and {self.depth_m}; raise them."
             )
 
-    def __call__(self, percept: Percept) -> Proposed:
+    def __call__(self, observation: Observation) -> Proposed:
         """Divide the image; pixels without depth belong to no region."""
-        cloud = percept.cloud
-        color = percept.frame.color.double() / 255.0
+        cloud = observation.cloud
+        color = observation.frame.color.double() / 255.0
         channels = torch.cat([color, cloud.normals, cloud.depth[..., None] / self.depth_m], dim=2)
         with warnings.catch_warnings():
             # More than three channels make scikit-image suspect a volume.

@@ -9,13 +9,13 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from blockstab.percept import Percept
+from blockstab.determinism.sources import stamp_of_files
+from blockstab.observation import Observation
 from blockstab.proposals import Proposed
 from blockstab.proposals.annotations import annotated_masks
 from blockstab.proposals.arrays import stored_masks
 from blockstab.proposals.masks import Mask, Painted, painted
 from blockstab.rgbd.reading import FrameError, label_file
-from blockstab.sources import stamp_of_files
 
 _MASKS = {".json": annotated_masks, ".npz": stored_masks}
 SCENE = "{scene}"
@@ -25,13 +25,13 @@ SCENE = "{scene}"
 class LabelFile:
     """The scene's own `label.png`, ids kept; its `background_ids` tell background from objects."""
 
-    def __call__(self, percept: Percept) -> Proposed:
+    def __call__(self, observation: Observation) -> Proposed:
         """Take the regions.
 
         Raises:
             ValueError: if the scene has no labels.
         """
-        frame = percept.frame
+        frame = observation.frame
         if frame.label is None:
             raise ValueError(
                 f"{frame.name} has no label.png; add one, name another label image, or use another proposal."
@@ -76,18 +76,18 @@ class MaskFile:
         """A hash of the file of a scene."""
         return stamp_of_files([self.file(scene)])
 
-    def __call__(self, percept: Percept) -> Proposed:
+    def __call__(self, observation: Observation) -> Proposed:
         """Read the regions.
 
         Raises:
             FrameError: if the file is none of those above, is damaged, or has not the size of the frame.
         """
-        regions = self._regions(percept)
+        regions = self._regions(observation)
         label = self._large(regions.label)
-        free = percept.on_ground & (label == 0)
+        free = observation.on_ground & (label == 0)
         label = self._large(torch.where(free, label.max() + 1, label))
         pixels = torch.bincount(label.flatten())
-        ground = torch.bincount(label[percept.on_ground], minlength=len(pixels))
+        ground = torch.bincount(label[observation.on_ground], minlength=len(pixels))
         flat = (ground > self.background_share * pixels).nonzero()[:, 0].tolist()
         scores = {
             region: score
@@ -96,10 +96,10 @@ class MaskFile:
         }
         return Proposed(label, {region: True for region in flat if region > 0}, scores)
 
-    def _regions(self, percept: Percept) -> Painted:
-        path, (height, width) = self.file(percept.frame.name), percept.frame.depth.shape
+    def _regions(self, observation: Observation) -> Painted:
+        path, (height, width) = self.file(observation.frame.name), observation.frame.depth.shape
         if path.suffix == ".png":
-            return Painted(_label_image(path, percept.frame.name, height, width), {})
+            return Painted(_label_image(path, observation.frame.name, height, width), {})
         masks = _MASKS[path.suffix](path, height, width)
         return painted((mask for mask in masks if self._counts(mask)), height, width)
 

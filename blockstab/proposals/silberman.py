@@ -11,10 +11,10 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from blockstab.features.appearance import Variant, edgelet_appearance
-from blockstab.features.regions import viewed_regions
-from blockstab.features.views import view
-from blockstab.percept import Percept
+from blockstab.features.appearance.pair_columns import Variant, edgelet_appearance
+from blockstab.features.appearance.regions import viewed_regions
+from blockstab.features.appearance.views import view
+from blockstab.observation import Observation
 from blockstab.proposals import Proposed
 from blockstab.segments.atoms import absorb_small, make_atoms
 from blockstab.segments.edgelets import Edgelets, trace_edgelets
@@ -69,17 +69,17 @@ class Silberman:
         if self.order not in ("best", "random"):
             raise ValueError(f"The order of merging is best or random, but it is {self.order!r}; choose one.")
 
-    def __call__(self, percept: Percept) -> Proposed:
+    def __call__(self, observation: Observation) -> Proposed:
         """Divide the image."""
-        label, views = percept.fine, view(percept)
+        label, views = observation.fine, view(observation)
         generator = torch.Generator().manual_seed(self.seed)
         for stage in self.learned.stages:
             edgelets, regions = trace_edgelets(label), viewed_regions(views, label)
-            rows = edgelet_appearance(regions, edgelets, percept.boundaries, self.learned.variant)
+            rows = edgelet_appearance(regions, edgelets, observation.boundaries, self.learned.variant)
             label = merged_once(label, edgelets, stage(rows), stage.threshold, self.order, generator)
-        label = absorb_small(make_atoms(label, percept.boundaries.strength), self.least_px)
+        label = absorb_small(make_atoms(label, observation.boundaries.strength), self.least_px)
         pixels = torch.bincount(label.flatten())
-        ground = torch.bincount(label[percept.on_ground], minlength=len(pixels))
+        ground = torch.bincount(label[observation.on_ground], minlength=len(pixels))
         flat = (ground > self.background_share * pixels).nonzero()[:, 0].tolist()
         return Proposed(label, {region: True for region in flat if region > 0})
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from blockstab.percept import Percept
+from blockstab.observation import Observation
 from blockstab.proposals import Proposed
 from blockstab.segments.atoms import absorb_small, join, make_atoms
 from blockstab.segments.hierarchy import build_hierarchy
@@ -38,10 +38,10 @@ class Watershed:
                 "choose one in between, lower for smaller regions."
             )
 
-    def __call__(self, percept: Percept) -> Proposed:
+    def __call__(self, observation: Observation) -> Proposed:
         """Divide the image."""
-        strength, fine = percept.boundaries.strength, percept.fine
-        floor = percept.on_ground & (fine > 0)
+        strength, fine = observation.boundaries.strength, observation.fine
+        floor = observation.on_ground & (fine > 0)
         if int(floor.sum()) < self.least_px:
             return Proposed(self._without_small(self._merged(fine, strength), strength))
         parts = join(fine, torch.where(floor, GROUND_ID, 2 * (fine > 0)))

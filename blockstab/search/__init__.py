@@ -25,7 +25,7 @@ def rank(rating: Rating) -> float:
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """What a search came to.
 
     Args:
@@ -39,9 +39,9 @@ class Found:
     bests: tuple[Segmentation, ...]
 
     @staticmethod
-    def of(ratings: Sequence[Rating]) -> Found:
+    def of(ratings: Sequence[Rating]) -> SearchResult:
         """From the best after each step, the last of which is the result."""
-        return Found(
+        return SearchResult(
             ratings[-1], tuple(rank(one) for one in ratings), tuple(one.scene.segmentation for one in ratings)
         )
 
@@ -49,4 +49,4 @@ class Found:
 class Search(Protocol):
     """From a segmentation to a better one."""
 
-    def __call__(self, start: Segmentation, problem: Problem, generator: torch.Generator) -> Found: ...
+    def __call__(self, start: Segmentation, problem: Problem, generator: torch.Generator) -> SearchResult: ...

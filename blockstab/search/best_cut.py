@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import torch
 
-from blockstab.search import Found
+from blockstab.search import SearchResult
 from blockstab.search.problem import Problem
 from blockstab.segments.hierarchy import nodes
 from blockstab.segments.segmentation import Segment, Segmentation
@@ -20,7 +20,7 @@ class BestCut:
     from. What is background stays as it is in the start, and no node reaches into it.
     """
 
-    def __call__(self, start: Segmentation, problem: Problem, generator: torch.Generator) -> Found:
+    def __call__(self, start: Segmentation, problem: Problem, generator: torch.Generator) -> SearchResult:
         """The cut, rated; nothing is drawn at random."""
         (rating,) = problem.rate([start])
         kept = {
@@ -31,7 +31,7 @@ class BestCut:
         free = frozenset(a for s in start.segments if s not in kept for a in s)
         parts = _best_parts(problem, free)
         cut = Segmentation(tuple(sorted([*kept, *parts], key=min))).telling(kept)
-        return Found.of([rating, *problem.rate([cut])])
+        return SearchResult.of([rating, *problem.rate([cut])])
 
 
 def _best_parts(problem: Problem, free: Segment) -> list[Segment]:

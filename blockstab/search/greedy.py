@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import torch
 
 from blockstab.features.pairwise import pairs_of
-from blockstab.search import Found, rank
+from blockstab.search import SearchResult, rank
 from blockstab.search.problem import Problem
 from blockstab.segments.segmentation import Pair, Segment, Segmentation
 
@@ -16,7 +16,7 @@ from blockstab.segments.segmentation import Pair, Segment, Segmentation
 class Greedy:
     """Merge the two neighbours that lower the energy most, until none does."""
 
-    def __call__(self, start: Segmentation, problem: Problem, generator: torch.Generator) -> Found:
+    def __call__(self, start: Segmentation, problem: Problem, generator: torch.Generator) -> SearchResult:
         """Merge from `start`; nothing is drawn at random."""
         best, gain, current = problem.rate([start]), dict[Pair, float](), set[Pair]()
         while True:
@@ -29,7 +29,7 @@ class Greedy:
             chosen = max(pairs, key=lambda pair: gain[pair], default=None)
             if chosen is None or gain[chosen] <= 0:
                 if current.issuperset(pairs):
-                    return Found.of(best)
+                    return SearchResult.of(best)
                 # Far merges may change what a pair gains, as where an energy is a mean: the rest is judged anew.
                 gain = {pair: gain[pair] for pair in current}
                 continue

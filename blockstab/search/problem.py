@@ -12,12 +12,12 @@ from torch import Tensor
 
 from blockstab.energy import Energy, Potential, Rating
 from blockstab.features.description import Describer
-from blockstab.interpretation import Interpreter
-from blockstab.pool import NoMasks, Pool
-from blockstab.reasoning import Rules
+from blockstab.proposals.pool import NoMasks, Pool
+from blockstab.proposals.search_input import SearchInput
+from blockstab.scene.builder import SceneBuilder
+from blockstab.scene.inference import Rules
 from blockstab.segments.hierarchy import Hierarchy, build_hierarchy, nodes, split
 from blockstab.segments.segmentation import Segment, Segmentation
-from blockstab.view import View
 
 MIN_SEGMENT_PX = 60  # no move leaves a smaller part: so few points say little about a box
 
@@ -44,7 +44,7 @@ class Potentials(Protocol):
 class EnergyFactory(Protocol):
     """Makes the energy of one image."""
 
-    def __call__(self, potentials: Potentials, view: View, /) -> Energy: ...
+    def __call__(self, potentials: Potentials, search_input: SearchInput, /) -> Energy: ...
 
 
 @dataclass(frozen=True)
@@ -52,18 +52,18 @@ class Problem:
     """One image, as a search sees it.
 
     Args:
-        view: the image, its atoms, and where to start.
+        search_input: the image, its atoms, and where to start.
         hierarchy: the order in which its atoms merge.
-        interpret: understands segmentations.
+        build: understands segmentations.
         describe: computes the features of scenes.
         energy: rates described scenes.
         alone: potential of segments by themselves, (S, C) columns `LONE_COLUMNS` to (S,).
         offered: masks of a pool, beside the nodes of the hierarchy.
     """
 
-    view: View
+    search_input: SearchInput
     hierarchy: Hierarchy
-    interpret: Interpreter
+    build: SceneBuilder
     describe: Describer
     energy: Energy
     alone: Potential
@@ -71,7 +71,7 @@ class Problem:
 
     def rate(self, segmentations: Sequence[Segmentation]) -> list[Rating]:
         """Understand, describe and rate; what is new is worked out in one batch."""
-        return self.energy(self.describe(self.interpret(segmentations)))
+        return self.energy(self.describe(self.build(segmentations)))
 
     def lone(self, segments: Sequence[Segment]) -> Tensor:
         """(S,) float64 pixels that segments are expected to lose, judged by themselves; all of too small ones."""
@@ -91,7 +91,7 @@ class Problem:
     def split(self, segment: Segment) -> tuple[Segment, Segment] | None:
         """The two parts that a segment falls into first; None where one would be too small."""
         if segment not in self._splits:
-            parts = split(segment, self.view.atoms, self.hierarchy)
+            parts = split(segment, self.search_input.atoms, self.hierarchy)
             large = parts is not None and min(map(self.pixels, parts)) >= MIN_SEGMENT_PX
             self._splits[segment] = parts if large else None
         return self._splits[segment]
@@ -114,7 +114,7 @@ class Problem:
 
     @cached_property
     def _atom_pixels(self) -> list[int]:
-        return [int(n) for n in self.view.atoms.pixels]
+        return [int(n) for n in self.search_input.atoms.pixels]
 
     @cached_property
     def _lone(self) -> dict[Segment, float]:
@@ -126,12 +126,18 @@ class Problem:
 
 
 def problem_of(
-    view: View, rules: Rules, potentials: Potentials, energy: EnergyFactory, pool: Pool | None = None
+    search_input: SearchInput,
+    rules: Rules,
+    potentials: Potentials,
+    energy: EnergyFactory,
+    pool: Pool | None = None,
 ) -> Problem:
     """The problem of an image, alike for training and for parsing."""
-    percept, atoms = view.percept, view.atoms
+    observation, atoms = search_input.observation, search_input.atoms
     hierarchy = build_hierarchy(atoms)
-    interpret = Interpreter(percept.cloud, view.sight, percept.ground, atoms, rules)
-    describe = Describer(percept, atoms, hierarchy, potentials.background)
-    offered = tuple(dict.fromkeys((pool or NoMasks())(view)))
-    return Problem(view, hierarchy, interpret, describe, energy(potentials, view), potentials.alone, offered)
+    build = SceneBuilder(observation.cloud, search_input.occlusion, observation.ground, atoms, rules)
+    describe = Describer(observation, atoms, hierarchy, potentials.background)
+    offered = tuple(dict.fromkeys((pool or NoMasks())(search_input)))
+    return Problem(
+        search_input, hierarchy, build, describe, energy(potentials, search_input), potentials.alone, offered
+    )

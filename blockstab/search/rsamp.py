@@ -9,13 +9,13 @@ from itertools import chain
 import torch
 
 from blockstab.energy import Rating
-from blockstab.search import Found, Search, rank
+from blockstab.search import Search, SearchResult, rank
 from blockstab.search.best_cut import BestCut
 from blockstab.search.combining import combined
 from blockstab.search.moves import Move
 from blockstab.search.moves.every import EVERY
 from blockstab.search.problem import Problem
-from blockstab.search.stay import Stay
+from blockstab.search.start import Start
 from blockstab.segments.segmentation import Segmentation
 
 
@@ -40,9 +40,9 @@ class RSamp:
     rounds: int = 12
     patience: int = 4
     at_once: int = 16
-    first: Sequence[Search] = (Stay(), BestCut())
+    first: Sequence[Search] = (Start(), BestCut())
 
-    def __call__(self, start: Segmentation, problem: Problem, generator: torch.Generator) -> Found:
+    def __call__(self, start: Segmentation, problem: Problem, generator: torch.Generator) -> SearchResult:
         """Search from `start`; every draw comes from `generator`."""
         pool = [search(start, problem, generator).best for search in self.first]
         seen = {particle.scene.segmentation for particle in pool}
@@ -56,7 +56,7 @@ class RSamp:
             best.append(pool[0])
             if unchanged == self.patience:
                 break
-        return Found.of(best)
+        return SearchResult.of(best)
 
     def _tried(
         self, pool: list[Rating], problem: Problem, seen: set[Segmentation], generator: torch.Generator

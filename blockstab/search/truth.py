@@ -8,7 +8,7 @@ import torch
 from scipy.ndimage import distance_transform_edt
 from torch import Tensor
 
-from blockstab.search import Found
+from blockstab.search import SearchResult
 from blockstab.search.problem import Problem
 from blockstab.segments.gaps import WIDE_PX
 from blockstab.segments.segmentation import Segmentation
@@ -18,9 +18,9 @@ from blockstab.segments.segmentation import Segmentation
 class Truth:
     """Takes each atom to the true object that most of its pixels have. For ceilings and for training."""
 
-    def __call__(self, start: Segmentation, problem: Problem, generator: torch.Generator) -> Found:
+    def __call__(self, start: Segmentation, problem: Problem, generator: torch.Generator) -> SearchResult:
         """Rate the start, then the truth; ValueError if the image has no labels."""
-        return Found.of(problem.rate([start, true_segmentation(problem)]))
+        return SearchResult.of(problem.rate([start, true_segmentation(problem)]))
 
 
 def true_segmentation(problem: Problem) -> Segmentation:
@@ -29,8 +29,8 @@ def true_segmentation(problem: Problem) -> Segmentation:
     Pixels beside labelled ones, as in the shadow of an object, count as these. Atoms further off, of which the labels
     say nothing, stay together as the start of the problem has them.
     """
-    view = problem.view
-    frame, atoms = view.percept.frame, view.atoms
+    search_input = problem.search_input
+    frame, atoms = search_input.observation.frame, search_input.atoms
     if frame.label is None:
         raise ValueError(f"{frame.name} has no label.png; the truth needs one.")
     near = _near_labels(frame.label)
@@ -40,8 +40,10 @@ def true_segmentation(problem: Problem) -> Segmentation:
         ids = near[label == number]
         told[segment] = int(ids[ids > 0].mode().values) in frame.background_ids
     labelled = frozenset().union(*truth.segments)
-    rest = {s - labelled: s for s in view.start.segments if s - labelled}
-    told.update({r: view.start.background[s] for r, s in rest.items() if s in view.start.background})
+    rest = {s - labelled: s for s in search_input.start.segments if s - labelled}
+    told.update(
+        {r: search_input.start.background[s] for r, s in rest.items() if s in search_input.start.background}
+    )
     return Segmentation(tuple(sorted([*truth.segments, *rest], key=min))).telling(told)
 
 

@@ -17,7 +17,7 @@ from blockstab.segments.edgelets import (
     cracks_of,
     edgelets_of,
 )
-from blockstab.segments.spans import spans
+from blockstab.segments.runs import spans
 
 _REST, _FIRST, _SECOND, _OUTSIDE = range(4)  # what a pixel belongs to, as one pair of segments sees it
 # What is around a corner is told by one number, to which the pixels add, clockwise from the upper left.

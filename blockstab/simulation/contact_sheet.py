@@ -11,8 +11,8 @@ import torch
 from PIL import Image, ImageDraw
 from torch import Tensor
 
-from blockstab.draw import depth_colored, depth_range
-from blockstab.export import write_whole
+from blockstab.output.coloring import depth_colored, depth_range
+from blockstab.output.export import write_whole
 from blockstab.rgbd.frame import Frame, read_scene
 
 MOST = 64  # scenes on a sheet; of more, as many are taken at even steps

@@ -11,17 +11,17 @@ import torch
 from torch import Tensor
 
 from blockstab.datasets.truth import MIN_VISIBLE_PX, ObjectTruth, Truth
+from blockstab.determinism.threads import one_thread
 from blockstab.rgbd.frame import Frame
-from blockstab.simulation.contacts import Contacts, contacts
-from blockstab.simulation.physics import falls, settle
-from blockstab.simulation.presets import Preset, preset
-from blockstab.simulation.rendering import TABLE, Picture, photograph
-from blockstab.simulation.room import furnish
+from blockstab.simulation.appearance.rendering import TABLE, Picture, photograph
+from blockstab.simulation.appearance.room import furnish
+from blockstab.simulation.appearance.viewpoint import Viewpoint, draw_view
+from blockstab.simulation.layouts.presets import Preset, preset
+from blockstab.simulation.physics.contacts import Contacts, contacts
+from blockstab.simulation.physics.settling import falls, settle
+from blockstab.simulation.physics.solids import Pile
 from blockstab.simulation.sensors import sensor
-from blockstab.simulation.solids import Pile
-from blockstab.simulation.viewpoint import View, draw_view
 from blockstab.stability.support import SupportType
-from blockstab.threads import one_thread
 
 VERSION = 4  # raised whenever the same seed makes another scene than before
 _ATTEMPTS = 50
@@ -100,7 +100,7 @@ def _resting_pile(kind: Preset, generator: torch.Generator) -> tuple[Pile, Conta
     raise RuntimeError(f"None of {_ATTEMPTS} arrangements came to rest with enough of it stacked.")
 
 
-def _truth(pile: Pile, held: Contacts, view: View, picture: Picture) -> Truth:
+def _truth(pile: Pile, held: Contacts, view: Viewpoint, picture: Picture) -> Truth:
     fallen = falls(pile)
     seen = view.in_camera(pile.boxes())
     label = picture.frame.label

@@ -12,10 +12,10 @@ from rich.console import Console
 from rich.progress import Progress
 
 from blockstab.datasets.folder import BOUNDARY, IMAGES, META, write_scene
-from blockstab.export import write_whole
+from blockstab.output.export import write_whole
 from blockstab.simulation.census import CENSUS, census_of
 from blockstab.simulation.contact_sheet import contact_sheet
-from blockstab.simulation.engine import require_mujoco
+from blockstab.simulation.physics.engine import require_mujoco
 from blockstab.simulation.simulated import Recipe, simulate_scene
 
 SHEET = "contact_sheet.png"

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.convex import Polygons, clip, hull, segments
+from blockstab.geometry.convex_hulls import Polygons, clip, hull, segments
 
 TIE = 1e-9  # metres by which two edges may differ in distance and still be as near
 

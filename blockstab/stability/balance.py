@@ -1,4 +1,4 @@
-"""The centre of mass of a pile over the area that holds it (paper, section 6)."""
+"""The centre of mass of an island over the area that holds it (paper, section 6)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.convex import Polygons, centroid, hull, signed_distance
+from blockstab.geometry.convex_hulls import Polygons, centroid, hull, signed_distance
 from blockstab.stability.area import on_ground
 from blockstab.stability.loads import loads
 from blockstab.stability.support import Supports

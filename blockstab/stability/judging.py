@@ -10,7 +10,7 @@ from torch import Tensor
 
 from blockstab.boxes.box import Boxes
 from blockstab.boxes.separation import Separation
-from blockstab.convex import Polygons
+from blockstab.geometry.convex_hulls import Polygons
 from blockstab.stability.balance import Balance
 from blockstab.stability.support import SupportRules, Supports
 
@@ -35,7 +35,7 @@ def judge(
         the candidates, those of them that count, and the verdicts.
     """
     # Importing numba takes half a second, and most of the package does without it.
-    from blockstab.stability.compiled.piles import judged
+    from blockstab.stability.compiled.islands import judged
     from blockstab.stability.compiled.things import Given, Limits, Pairs
 
     found, kept, verdicts = judged(

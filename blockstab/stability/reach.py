@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.convex import area, clip
+from blockstab.geometry.convex_hulls import area, clip
 from blockstab.stability.area import footprints
 
 HIDDEN_SHARE = 0.8  # of the sides of the lower part must be hidden

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from blockstab.boxes.box import Boxes
 from blockstab.boxes.separation import Separation
-from blockstab.convex import Polygons, concatenate
+from blockstab.geometry.convex_hulls import Polygons, concatenate
 from blockstab.rgbd.cloud import SENSOR_STEP
 from blockstab.stability.area import footprints, lowest_corners, surface_areas, touching_edges
 from blockstab.stability.loads import loads

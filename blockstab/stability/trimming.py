@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.convex import area, centroid
+from blockstab.geometry.convex_hulls import area, centroid
 from blockstab.stability.area import on_ground
 from blockstab.stability.balance import combined, margins, mass_centers, slots_of
 from blockstab.stability.loads import levels, pass_down

@@ -29,17 +29,17 @@ STAGES = (
     Stage(3, 0, "Proposal", "first regions", "proposals/", PARTS),
     Stage(4, 0, "Atoms", "finest partition", "segments/atoms.py", PARTS),
     Stage(4, 1, "Segmentation", "sets of atoms", "segments/segmentation.py", PARTS),
-    Stage(3, 1, "Piles", "what may touch", "piles.py", GEOMETRY),
-    Stage(2, 1, "Boxes and gaps", "one box a segment", "boxes/catalogue.py", GEOMETRY),
+    Stage(3, 1, "Islands", "what may touch", "scene/islands.py", GEOMETRY),
+    Stage(2, 1, "Boxes and gaps", "one box a segment", "boxes/box_cache.py", GEOMETRY),
     Stage(1, 1, "Supports", "who may hold whom", "stability/support.py", GEOMETRY),
     Stage(0, 1, "Balance", "what stands, on what", "stability/balance.py", GEOMETRY),
-    Stage(0, 2, "Scene", "all of it, in one value", "interpretation.py", GEOMETRY),
+    Stage(0, 2, "Scene", "all of it, in one value", "scene/builder.py", GEOMETRY),
     Stage(1, 2, "Features", "30 a segment, 63 a pair", "features/", LEARNED),
-    Stage(2, 2, "Potentials", "lower is better", "models/heads.py", LEARNED),
+    Stage(2, 2, "Potentials", "lower is better", "models/potentials/heads.py", LEARNED),
     Stage(3, 2, "Energy", "one number (Eq. 2)", "energy/", LEARNED),
     Stage(4, 2, "Search", "the least energy", "search/rsamp.py", PARTS),
     Stage(4, 3, "Removal", "what would fall", "stability/removal.py", GEOMETRY),
-    Stage(3, 3, "Files", "labels, record, report", "export.py, report.py", RESULT),
+    Stage(3, 3, "Files", "labels, record, report", "output/export.py, output/report.py", RESULT),
 )
 STYLE = (
     "text{font-family:Helvetica,Arial,sans-serif;fill:#222;text-anchor:middle}"

@@ -16,13 +16,13 @@ from torch import Tensor
 
 from sheets import GREY, Panel, close_up, searching_parser, sheet  # isort: skip
 
-from blockstab.draw import borders_colored, outlined, quality_colored, tinted
 from blockstab.energy import Rating
 from blockstab.features.pairwise import boundaries
-from blockstab.look import Look
-from blockstab.parser import Parser
+from blockstab.output.coloring import borders_colored, outlined, quality_colored, tinted
+from blockstab.parsing.look import Look
+from blockstab.parsing.parser import Parser
 from blockstab.rgbd.frame import Frame, read_scene
-from blockstab.scene import Scene
+from blockstab.scene.types import Scene
 
 TARGET = Path(__file__).with_suffix(".png")
 WIDTH = 300  # pixels of a panel
@@ -33,7 +33,7 @@ def panels(folder: Path, parser: Parser) -> list[Panel]:
     frame = read_scene(folder)
     problem, found, _ = parser.search_in(Look(frame))
     (rating,) = problem.rate([found.bests[len(found.bests) // 4]])
-    label = rating.scene.segmentation.labels(problem.view.atoms)
+    label = rating.scene.segmentation.labels(problem.search_input.atoms)
     white = torch.full((len(rating.scene) + 1, 3), 255, dtype=torch.uint8)
     pictures = {
         "image": frame.color,

@@ -13,9 +13,9 @@ import torch
 from PIL import Image
 from torch import Tensor
 
-from blockstab.percept import estimated_ground, perceive
+from blockstab.observation import estimated_ground, observe
 from blockstab.rgbd.frame import read_scene
-from models.stages import silberman
+from models.stages.stages import silberman
 
 TARGET = Path(__file__).with_suffix(".png")
 GAP, WIDTH = 8, 400  # pixels between panels, and of each
@@ -23,12 +23,12 @@ GAP, WIDTH = 8, 400  # pixels between panels, and of each
 
 def panels(folder: Path) -> list[Tensor]:
     """Boundary map, atoms and regions of one scene, (H, W, 3) uint8 each."""
-    percept = perceive(read_scene(folder), estimated_ground)
-    strength = (255 * (1 - percept.boundaries.strength)).round().to(torch.uint8)
+    observation = observe(read_scene(folder), estimated_ground)
+    strength = (255 * (1 - observation.boundaries.strength)).round().to(torch.uint8)
     return [
         strength[..., None].expand(-1, -1, 3),
-        colored(percept.fine),
-        colored(silberman()(percept).label),
+        colored(observation.fine),
+        colored(silberman()(observation).label),
     ]
 
 

@@ -15,13 +15,13 @@ from torch import Tensor
 from sheets import GREY, Panel, close_up, searching_parser, sheet  # isort: skip
 
 from blockstab.datasets.folder import read_truth
-from blockstab.draw import tinted
-from blockstab.look import Look
-from blockstab.parser import Parser
+from blockstab.evaluation.scoring.atoms import OverlapOfAtoms
+from blockstab.evaluation.scoring.prediction import object_ids
+from blockstab.output.coloring import tinted
+from blockstab.parsing.look import Look
+from blockstab.parsing.parser import Parser
 from blockstab.rgbd.frame import read_scene
-from blockstab.scene import Scene
-from blockstab.scoring.atoms import OverlapOfAtoms
-from blockstab.scoring.prediction import object_ids
+from blockstab.scene.types import Scene
 from blockstab.segments.atoms import Atoms
 from blockstab.segments.segmentation import Segmentation
 
@@ -34,11 +34,11 @@ def panels(folder: Path, parser: Parser) -> list[Panel]:
     frame = read_scene(folder)
     assert frame.label is not None, f"{folder} has no label.png, by which segmentations are scored"
     problem, found, _ = parser.search_in(Look(frame))
-    atoms = problem.view.atoms
+    atoms = problem.search_input.atoms
     score = OverlapOfAtoms(atoms, frame.label, object_ids(frame, read_truth(folder)))
     # Where a search starts from more than one segmentation, its trace begins with the best of them.
     rounds = changes(found.bests, SHOWN - 1)
-    ratings = problem.rate([problem.view.start, *(found.bests[k] for k in rounds)])
+    ratings = problem.rate([problem.search_input.start, *(found.bests[k] for k in rounds)])
     part = close_up(frame)
     shown = [Panel(frame.color[part], "image")]
     for when, rating in zip(["start", *(f"round {k}" for k in rounds)], ratings, strict=True):

@@ -14,7 +14,7 @@ from torch import Tensor
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from blockstab.parser import Parser
+from blockstab.parsing.parser import Parser
 from blockstab.rgbd.frame import Frame
 from evaluate import methods_of
 

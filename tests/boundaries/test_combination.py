@@ -20,7 +20,7 @@ def strength_of(frame: Frame) -> Tensor:
 
 
 def one_cue(name: str, channel: int, value: float = 1.0) -> Cues:
-    """A picture in which one sign of an edge is seen at its middle pixel."""
+    """A picture in which one cue of an edge is seen at its middle pixel."""
     values = torch.zeros(len(CUES), 4, 5, 7)
     values[CUES.index(name), channel, 2, 3] = value
     return Cues(values)

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from blockstab.boxes.box import MIN_HALF_EXTENT
 from blockstab.boxes.extent import enclose, flat_frame, surface_distance
-from blockstab.boxes.planes import Plane
+from blockstab.boxes.plane_fits import Plane
 from tests.seen_boxes import boxes_showing, random_turns, seen_points
 from tests.tolerance import EXACT
 

@@ -15,20 +15,20 @@ import torch
 import typer
 from PIL import Image
 
-from blockstab.batch import parse_all
 from blockstab.cli import ProposalName, SearchName, UpName, app, folder_job
-from blockstab.export import scene_schema
-from blockstab.parser import Parser
-from blockstab.percept import given_ground
+from blockstab.evaluation.scoring import SCORES
+from blockstab.observation import given_ground
+from blockstab.output.batch import parse_all
+from blockstab.output.export import scene_schema
+from blockstab.parsing.parser import Parser
 from blockstab.proposals.files import LabelFile
 from blockstab.proposals.watershed import Watershed
 from blockstab.rgbd.frame import read_scene
-from blockstab.scoring import SCORES
 from blockstab.search.moves.every import EVERY
-from blockstab.search.stay import Stay
-from blockstab.simulation.presets import PRESETS
-from models.checkpoint import chosen_columns, load_potentials, save_potentials
-from models.examples import ExampleMaker
+from blockstab.search.start import Start
+from blockstab.simulation.layouts.presets import PRESETS
+from models.potentials.checkpoint import chosen_columns, load_potentials, save_potentials
+from models.potentials.examples import ExampleMaker
 from tests.docs.pages import DOCS, PAGES, ROOT, blocks, commands, composed
 from tests.synthetic import BLOCKS, photograph, write_folder
 from tests.toy_potentials import kinds_of, toy_potentials
@@ -136,7 +136,7 @@ def without_file(folder: Path) -> None:
 
 
 def parsed(folder: Path, **settings: object) -> None:
-    parser = Parser(settings.pop("proposal", Watershed()), Stay(), toy_potentials(), **settings)
+    parser = Parser(settings.pop("proposal", Watershed()), Start(), toy_potentials(), **settings)
     parser(read_scene(folder))
 
 
@@ -151,7 +151,7 @@ def without_up(folder: Path) -> None:
 
 
 def twice(folder: Path) -> None:
-    parser = Parser(LabelFile(), Stay(), toy_potentials())
+    parser = Parser(LabelFile(), Start(), toy_potentials())
     parse_all([folder_job(folder), folder_job(folder)], parser, folder.parent / "out")
 
 

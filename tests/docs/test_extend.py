@@ -14,7 +14,7 @@ from hydra.utils import instantiate
 from PIL import Image
 
 import evaluate
-from models.heads import HEADS
+from models.potentials.heads import HEADS
 from tests.block_scene import STACK, picture
 from tests.docs.pages import DOCS, blocks, commands, composed
 from tests.synthetic import BLOCKS, photograph, write_folder
@@ -60,10 +60,10 @@ def test_the_code_of_the_page_runs(mine):
 def test_the_proposal_of_the_page_finds_the_blocks(mine):
     proposal = instantiate(composed("train", ["proposals=islands"], mine).proposals)
     scene = picture(STACK)
-    proposed = proposal(scene.percept)
+    proposed = proposal(scene.observation)
     stands_out = scene.cloud.points[..., 1] > scene.ground.height + 0.03
     assert set(proposed.label[stands_out].tolist()) == {2}
-    assert set(proposed.known) <= set(proposed.label.unique().tolist()) - {0}
+    assert set(proposed.is_background) <= set(proposed.label.unique().tolist()) - {0}
 
 
 def test_the_head_of_the_page_is_taken_by_training(mine):

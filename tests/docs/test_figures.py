@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from blockstab.features.columns import COLUMNS
-from models.checkpoint import save_potentials
+from models.potentials.checkpoint import save_potentials
 from tests.docs.pages import DOCS
 from tests.synthetic import BLOCKS, photograph, write_folder
 from tests.toy_potentials import toy_potentials

@@ -10,7 +10,7 @@ from torch import Tensor
 from blockstab.features.columns import COLUMNS
 from blockstab.features.description import Described
 from blockstab.features.pairwise import boundaries
-from blockstab.scene import Scene
+from blockstab.scene.types import Scene
 
 
 def described(

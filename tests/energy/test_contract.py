@@ -11,13 +11,13 @@ from blockstab.energy.overlap import expected_overlap
 from blockstab.energy.paper import paper_energy
 from blockstab.energy.truth import true_overlap
 from blockstab.features.description import Described, Describer
-from blockstab.scene import Scene
+from blockstab.proposals.search_input import SearchInput
+from blockstab.scene.types import Scene
 from blockstab.search.problem import EnergyFactory
 from blockstab.segments.hierarchy import build_hierarchy
-from blockstab.view import View
-from models.heads import LinearHead, MLPHead
+from models.potentials.heads import LinearHead, MLPHead
 from tests.search.watched import in_scene
-from tests.synthetic import BLOCKS, interpreter, photograph, variants, view_of
+from tests.synthetic import BLOCKS, builder, photograph, variants, view_of
 from tests.tolerance import COMPANY
 from tests.toy_potentials import random_potentials, toy_potentials
 
@@ -27,7 +27,7 @@ every_head = pytest.mark.parametrize("head", [LinearHead, MLPHead])
 
 
 @cache
-def view() -> View:
+def search_input() -> SearchInput:
     """Blocks on a table."""
     return view_of(photograph(*BLOCKS))
 
@@ -35,18 +35,23 @@ def view() -> View:
 @cache
 def scenes_by_order() -> dict[str, list[Scene]]:
     """The same segmentations, understood in different company."""
-    many, grown = variants(view(), 12), interpreter(view())
+    many, grown = variants(search_input(), 12), builder(search_input())
     return {
-        "together": interpreter(view())(many),
-        "backwards": interpreter(view())(many[::-1])[::-1],
+        "together": builder(search_input())(many),
+        "backwards": builder(search_input())(many[::-1])[::-1],
         "in turn": [grown([one])[0] for one in many],
-        "each anew": [interpreter(view())([one])[0] for one in many],
+        "each anew": [builder(search_input())([one])[0] for one in many],
     }
 
 
 def describer() -> Describer:
     """Of the image, which has looked at nothing yet."""
-    return Describer(view().percept, view().atoms, build_hierarchy(view().atoms), toy_potentials().background)
+    return Describer(
+        search_input().observation,
+        search_input().atoms,
+        build_hierarchy(search_input().atoms),
+        toy_potentials().background,
+    )
 
 
 @cache
@@ -57,7 +62,7 @@ def described() -> list[Described]:
 @every_head
 @every_energy
 def test_the_rating_of_a_scene_is_the_same_within_1e_9_whatever_scenes_are_rated_with_it(energy, head):
-    rate = energy(random_potentials(head), view())
+    rate = energy(random_potentials(head), search_input())
     for together, one in zip(rate(described() * 9), described(), strict=False):
         (alone,) = rate([one])
         torch.testing.assert_close(alone.unary, together.unary, rtol=0.0, atol=COMPANY)
@@ -67,7 +72,7 @@ def test_the_rating_of_a_scene_is_the_same_within_1e_9_whatever_scenes_are_rated
 
 @every_energy
 def test_the_same_partition_has_the_same_energy_within_1e_9_in_any_order_of_evaluation(energy):
-    rate = energy(random_potentials(), view())
+    rate = energy(random_potentials(), search_input())
     expected = pytest.approx([float(r.energy) for r in rate(described())], rel=0.0, abs=COMPANY)
     for order, scenes in scenes_by_order().items():
         describe = describer()
@@ -78,7 +83,7 @@ def test_the_same_partition_has_the_same_energy_within_1e_9_in_any_order_of_eval
 
 @every_energy
 def test_a_rating_is_of_its_scene_with_a_potential_for_each_segment_and_boundary(energy):
-    for rating, one in zip(energy(toy_potentials(), view())(described()), described(), strict=True):
+    for rating, one in zip(energy(toy_potentials(), search_input())(described()), described(), strict=True):
         assert rating.scene is one.scene
         assert rating.unary.shape == (len(one.scene),)
         assert rating.pairwise.shape == (len(one.pairwise),)
@@ -88,19 +93,19 @@ def test_a_rating_is_of_its_scene_with_a_potential_for_each_segment_and_boundary
 
 @every_energy
 def test_no_scene_has_no_rating(energy):
-    assert energy(toy_potentials(), view())([]) == []
+    assert energy(toy_potentials(), search_input())([]) == []
 
 
 @pytest.mark.parametrize("energy", [in_scene, paper_energy, true_overlap])
 def test_a_worse_segmentation_has_more_energy(energy):
-    best, *worse = energy(toy_potentials(), view())(described())
+    best, *worse = energy(toy_potentials(), search_input())(described())
     assert all(best.energy < rating.energy for rating in worse)
     assert float(best.unary[~best.scene.background].amax()) < max(float(r.unary.amax()) for r in worse)
 
 
 @pytest.mark.parametrize("energy", [expected_overlap, paper_energy])
 def test_how_segments_look_counts(energy):
-    rate = energy(random_potentials(), view())
+    rate = energy(random_potentials(), search_input())
     for one in described():
         blind = Described(one.scene, one.unary, one.pairwise.clone(), one.lost)
         blind.pairwise[:, 12:] = 0.0

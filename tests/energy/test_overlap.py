@@ -12,19 +12,19 @@ import torch
 from blockstab.energy.overlap import ExpectedOverlap, TwoJudges, expected_loss, parts_of
 from blockstab.energy.truth import true_overlap
 from blockstab.features.columns import LONE_COLUMNS, SEGMENT_COLUMNS
-from blockstab.percept import estimated_ground, perceive
+from blockstab.observation import estimated_ground, observe
+from blockstab.proposals.search_input import SearchInput, make_search_input
 from blockstab.proposals.watershed import Watershed
-from blockstab.reasoning import Rules
 from blockstab.rgbd.frame import read_scene
+from blockstab.scene.inference import Rules
 from blockstab.search import rank
 from blockstab.search.moves.every import EVERY
 from blockstab.search.problem import problem_of
 from blockstab.search.truth import true_segmentation
 from blockstab.segments.segmentation import Segmentation
-from blockstab.view import View, make_view
-from models.examples import Neutral
-from models.heads import LinearHead, initialised
-from models.perturbing import walks
+from models.potentials.examples import Neutral
+from models.potentials.heads import LinearHead, initialised
+from models.potentials.perturbing import walks
 from tests.box_scene import scene_of
 from tests.energy.described import described, first_column
 from tests.synthetic import BLOCKS, photograph, view_of
@@ -103,9 +103,9 @@ def test_a_gradient_reaches_the_potentials_and_the_weight_of_boundaries():
     assert float(phi.grad[0]) == 0.0  # background has no say
 
 
-def perturbations_of_the_truth(view: View, count: int) -> tuple[float, list[float]]:
+def perturbations_of_the_truth(search_input: SearchInput, count: int) -> tuple[float, list[float]]:
     """The energy of the truth drawn on atoms, with the true overlap as potential, and those on walks away from it."""
-    problem = problem_of(view, Rules(), Neutral(), true_overlap)
+    problem = problem_of(search_input, Rules(), Neutral(), true_overlap)
     (truth,) = problem.rate([true_segmentation(problem)])
     generator = torch.Generator().manual_seed(1)
     visited = walks([truth] * count, problem, EVERY, 6, generator)
@@ -124,8 +124,8 @@ def test_with_the_true_overlap_as_potential_the_truth_is_best_of_its_perturbatio
 @pytest.mark.parametrize("name", ["learn00", "learn20"])
 def test_the_truth_is_best_of_its_perturbations_in_photographs(real_scenes: Path, name):
     frame = read_scene(real_scenes / "osd" / name)
-    view = make_view(perceive(frame, estimated_ground), Watershed())
-    truth, others = perturbations_of_the_truth(view, 3)
+    search_input = make_search_input(observe(frame, estimated_ground), Watershed())
+    truth, others = perturbations_of_the_truth(search_input, 3)
     assert all(truth <= energy for energy in others)
 
 

@@ -10,14 +10,14 @@ import pytest
 
 from blockstab.energy import Rating
 from blockstab.energy.truth import true_overlap
-from blockstab.percept import estimated_ground, perceive
+from blockstab.observation import estimated_ground, observe
 from blockstab.proposals.files import LabelFile
+from blockstab.proposals.search_input import make_search_input
 from blockstab.rgbd.frame import read_scene
 from blockstab.search import rank
 from blockstab.search.moves.every import EVERY
 from blockstab.search.problem import Problem
-from blockstab.view import make_view
-from models.perturbing import walks
+from models.potentials.perturbing import walks
 from tests.search.watched import blocks_view, seeded, watched
 from tests.synthetic import BLOCKS, over_split, photograph, view_of
 from tests.worlds import Block
@@ -44,7 +44,7 @@ def tried(problem: Problem, truth: Rating, seed: int) -> list[Rating]:
 
 
 def assert_truth_is_first(problem: Problem, seeds: range) -> None:
-    (truth,) = problem.rate([problem.view.start])
+    (truth,) = problem.rate([problem.search_input.start])
     told = truth.scene.segmentation.background
     for seed in seeds:
         others = tried(problem, truth, seed)
@@ -61,18 +61,20 @@ def test_whatever_moves_make_of_the_truth_is_worse(name):
 
 @pytest.mark.parametrize("name", ["learn00", "learn07"])
 def test_whatever_moves_make_of_the_truth_of_a_real_scene_is_worse(name, real_scenes: Path):
-    percept = perceive(read_scene(real_scenes / "osd" / name), estimated_ground)
-    assert_truth_is_first(watched(make_view(percept, LabelFile()), true_overlap).problem, range(1))
+    observation = observe(read_scene(real_scenes / "osd" / name), estimated_ground)
+    assert_truth_is_first(
+        watched(make_search_input(observation, LabelFile()), true_overlap).problem, range(1)
+    )
 
 
 @every_scene
 def test_the_energy_is_the_share_of_pixels_that_the_segmentation_loses(name):
-    (truth,) = problem(name).rate([problem(name).view.start])
+    (truth,) = problem(name).rate([problem(name).search_input.start])
     assert float(truth.energy) == 0.0
     assert truth.unary[1:].tolist() == [0.0] * (len(truth.scene) - 1)
-    merged = problem(name).view.start.merge(1, 2)
+    merged = problem(name).search_input.start.merge(1, 2)
     (rating,) = problem(name).rate([merged])
-    a, b = sorted(problem(name).pixels(s) for s in problem(name).view.start.segments[1:3])
+    a, b = sorted(problem(name).pixels(s) for s in problem(name).search_input.start.segments[1:3])
     total = sum(problem(name).pixels(s) for s in merged.segments)
     assert float(rating.energy) == pytest.approx((a + b) * (1 - b / (a + b)) / total)
 
@@ -94,15 +96,15 @@ def test_the_more_pieces_an_object_is_cut_into_the_worse():
 
 
 def test_potentials_are_not_asked():
-    view = blocks_view()
-    ratings = true_overlap(None, view)(
-        watched(view).problem.describe(watched(view).problem.interpret([view.start]))
+    search_input = blocks_view()
+    ratings = true_overlap(None, search_input)(
+        watched(search_input).problem.describe(watched(search_input).problem.build([search_input.start]))
     )
     assert float(ratings[0].energy) == 0.0
 
 
 def test_an_image_without_labels_is_refused():
-    view = blocks_view()
-    frame = replace(view.percept.frame, label=None)
+    search_input = blocks_view()
+    frame = replace(search_input.observation.frame, label=None)
     with pytest.raises(ValueError, match=r"blocks has no label\.png; the true overlap needs one"):
-        true_overlap(None, replace(view, percept=replace(view.percept, frame=frame)))
+        true_overlap(None, replace(search_input, observation=replace(search_input.observation, frame=frame)))

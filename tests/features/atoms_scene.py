@@ -8,15 +8,15 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
-from blockstab.percept import Percept
+from blockstab.observation import Observation
 from blockstab.segments.atoms import Atoms, make_atoms
 from blockstab.segments.segmentation import Pair, Segment, Segmentation
-from tests.features.perceived import HEIGHT, WIDTH, cells, cluttered
+from tests.features.observed import HEIGHT, WIDTH, cells, cluttered
 
 SEGMENTS = 7
 
 
-def clutter(generator: torch.Generator, unlabelled: bool = False) -> tuple[Percept, Atoms]:
+def clutter(generator: torch.Generator, unlabelled: bool = False) -> tuple[Observation, Atoms]:
     """Large atoms among small ones, which meet in all ways; some pixels have no depth, some may have no label."""
     label = cells(15, generator)
     small = torch.randint(2, (8, 12), generator=generator).bool()
@@ -26,17 +26,17 @@ def clutter(generator: torch.Generator, unlabelled: bool = False) -> tuple[Perce
     label = torch.unique(label, return_inverse=True)[1]
     atoms = torch.where(label == 3, 0, label) if unlabelled else label
     atoms = torch.unique(atoms, return_inverse=True)[1] + (0 if unlabelled else 1)
-    percept = cluttered(label + 1, generator)
+    observation = cluttered(label + 1, generator)
     holes = torch.rand(HEIGHT, WIDTH, generator=generator) < 0.1
-    valid = percept.cloud.valid & ~holes
-    cloud = type(percept.cloud)(
-        percept.cloud.points * valid[..., None],
-        percept.cloud.normals * valid[..., None],
+    valid = observation.cloud.valid & ~holes
+    cloud = type(observation.cloud)(
+        observation.cloud.points * valid[..., None],
+        observation.cloud.normals * valid[..., None],
         valid,
-        percept.cloud.depth * valid,
+        observation.cloud.depth * valid,
     )
-    percept = replace(percept, cloud=cloud)
-    return percept, make_atoms(atoms, percept.boundaries.strength)
+    observation = replace(observation, cloud=cloud)
+    return observation, make_atoms(atoms, observation.boundaries.strength)
 
 
 def grouped(atoms: Atoms, generator: torch.Generator) -> Segmentation:
@@ -48,12 +48,12 @@ def grouped(atoms: Atoms, generator: torch.Generator) -> Segmentation:
 
 
 def renamed(
-    percept: Percept, atoms: Atoms, segments: Sequence[Segment], generator: torch.Generator
+    observation: Observation, atoms: Atoms, segments: Sequence[Segment], generator: torch.Generator
 ) -> tuple[Atoms, list[Segment]]:
     """The same atoms under other names, and the same segments of them."""
     order = torch.randperm(len(atoms), generator=generator)
     number = torch.cat([torch.zeros(1, dtype=torch.int64), order + 1])
-    named = make_atoms(number[atoms.label], percept.boundaries.strength)
+    named = make_atoms(number[atoms.label], observation.boundaries.strength)
     return named, [frozenset(order[sorted(segment)].tolist()) for segment in segments]
 
 

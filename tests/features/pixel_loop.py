@@ -10,7 +10,7 @@ import numpy as np
 from torch import Tensor
 
 from blockstab.boundaries.cues import CUES
-from blockstab.percept import Percept
+from blockstab.observation import Observation
 from blockstab.rgbd.cloud import SENSOR_STEP
 
 Pixel = tuple[int, int]
@@ -48,10 +48,10 @@ class Around:
     rim: int = 0
 
 
-def around(percept: Percept, label: Tensor, segment: frozenset[int]) -> Around:
+def around(observation: Observation, label: Tensor, segment: frozenset[int]) -> Around:
     """Look at all sides in turn."""
-    found, images = Around(), border_images(percept)
-    numbers, depth = label.numpy(), percept.cloud.depth.numpy()
+    found, images = Around(), border_images(observation)
+    numbers, depth = label.numpy(), observation.cloud.depth.numpy()
     height, width = numbers.shape
     for row, column in np.argwhere(np.isin(numbers - 1, list(segment))):
         found.rim += (row in (0, height - 1)) + (column in (0, width - 1))
@@ -78,12 +78,12 @@ def around(percept: Percept, label: Tensor, segment: frozenset[int]) -> Around:
     return found
 
 
-def border_images(percept: Percept) -> np.ndarray:
+def border_images(observation: Observation) -> np.ndarray:
     """(7, H, W) the images of `BORDER_CUES`."""
-    signs = dict(zip(CUES, percept.signs.double().numpy(), strict=True))
-    color = np.maximum(signs["color_a"], signs["color_b"])
-    rest = [signs[name] for name in ("texture", "depth", "convex", "concave")]
-    return np.stack([percept.boundaries.strength.numpy(), signs["brightness"], color, *rest])
+    cues = dict(zip(CUES, observation.cues.double().numpy(), strict=True))
+    color = np.maximum(cues["color_a"], cues["color_b"])
+    rest = [cues[name] for name in ("texture", "depth", "convex", "concave")]
+    return np.stack([observation.boundaries.strength.numpy(), cues["brightness"], color, *rest])
 
 
 def groups(atoms: frozenset[int], links: list[tuple[int, int]]) -> list[set[int]]:

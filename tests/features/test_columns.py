@@ -18,7 +18,7 @@ from blockstab.features.contour import CONTOUR_COLUMNS
 from blockstab.features.pairwise import PAIRWISE_COLUMNS
 from blockstab.features.surface import SURFACE_COLUMNS
 from blockstab.features.unary import UNARY_COLUMNS
-from models.rows import KINDS
+from models.potentials.rows import KINDS
 from tests.docs.pages import composed
 
 # What boxes say only once it is asked what stands on what.

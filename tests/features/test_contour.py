@@ -12,38 +12,38 @@ from torch import Tensor
 
 from blockstab.features.borders import BORDER_CUES
 from blockstab.features.contour import CONTOUR_COLUMNS, QUANTILES, WEAK, Contours
-from blockstab.percept import Percept
+from blockstab.observation import Observation
 from blockstab.segments.atoms import Atoms, make_atoms
 from blockstab.segments.hierarchy import Hierarchy, build_hierarchy, joined_at
 from tests.features.atoms_scene import clutter, grouped, renamed
 from tests.features.pixel_loop import around, groups
 from tests.tolerance import COMPANY, EXACT
 
-Made = tuple[Percept, Atoms, list[frozenset[int]]]
+Made = tuple[Observation, Atoms, list[frozenset[int]]]
 
 
 @cache
 def made(seed: int = 7) -> Made:
     """An image in atoms, some pixels without a label; groups of atoms near and far, single ones, and all."""
     generator = torch.Generator().manual_seed(seed)
-    percept, atoms = clutter(generator, unlabelled=True)
+    observation, atoms = clutter(generator, unlabelled=True)
     # Weak borders on the left, strong ones on the right.
-    strength = percept.boundaries.strength * torch.linspace(0.1, 1.0, atoms.label.shape[1]).double()
-    percept = replace(percept, boundaries=replace(percept.boundaries, strength=strength))
+    strength = observation.boundaries.strength * torch.linspace(0.1, 1.0, atoms.label.shape[1]).double()
+    observation = replace(observation, boundaries=replace(observation.boundaries, strength=strength))
     atoms = make_atoms(atoms.label, strength)
     some = list(grouped(atoms, generator).segments)
-    return percept, atoms, [*some, frozenset({0}), frozenset({3}), frozenset(range(len(atoms)))]
+    return observation, atoms, [*some, frozenset({0}), frozenset({3}), frozenset(range(len(atoms)))]
 
 
-def measured(percept: Percept, atoms: Atoms, segments: list[frozenset[int]]) -> Tensor:
-    return Contours(percept, atoms, build_hierarchy(atoms))(segments)
+def measured(observation: Observation, atoms: Atoms, segments: list[frozenset[int]]) -> Tensor:
+    return Contours(observation, atoms, build_hierarchy(atoms))(segments)
 
 
 def by_loop(
-    percept: Percept, atoms: Atoms, hierarchy: Hierarchy, segment: frozenset[int]
+    observation: Observation, atoms: Atoms, hierarchy: Hierarchy, segment: frozenset[int]
 ) -> dict[str, float]:
     """All columns of one segment, worked out the slow way."""
-    seen = around(percept, atoms.label, segment)
+    seen = around(observation, atoms.label, segment)
     pixels = int(torch.isin(atoms.label - 1, torch.tensor(sorted(segment))).sum())
     length = sum(map(len, seen.border.values()))
     whole = length + seen.blank + seen.rim
@@ -88,17 +88,17 @@ def by_loop(
 
 @pytest.mark.parametrize("seed", [7, 8])
 def test_every_column_is_what_a_loop_over_the_sides_of_pixels_finds(seed):
-    percept, atoms, segments = made(seed)
+    observation, atoms, segments = made(seed)
     hierarchy = build_hierarchy(atoms)
-    for segment, row in zip(segments, measured(percept, atoms, segments), strict=True):
-        expected = by_loop(percept, atoms, hierarchy, segment)
+    for segment, row in zip(segments, measured(observation, atoms, segments), strict=True):
+        expected = by_loop(observation, atoms, hierarchy, segment)
         assert list(expected) == list(CONTOUR_COLUMNS)
         assert dict(zip(CONTOUR_COLUMNS, row.tolist(), strict=True)) == pytest.approx(expected, abs=EXACT)
 
 
 def test_the_images_have_all_that_is_to_be_measured():
-    percept, atoms, segments = made()
-    rows = measured(percept, atoms, segments)
+    observation, atoms, segments = made()
+    rows = measured(observation, atoms, segments)
     constant = [
         name for name, column in zip(CONTOUR_COLUMNS, rows.T, strict=True) if float(column.std()) == 0
     ]
@@ -106,8 +106,8 @@ def test_the_images_have_all_that_is_to_be_measured():
 
 
 def test_a_segment_is_the_same_within_1e_9_in_whatever_company_it_is_measured():
-    percept, atoms, segments = made()
-    contours = Contours(percept, atoms, build_hierarchy(atoms))
+    observation, atoms, segments = made()
+    contours = Contours(observation, atoms, build_hierarchy(atoms))
     together = contours(segments * 40)  # more than are measured at a time
     alone = torch.cat([contours([segment]) for segment in segments])
     torch.testing.assert_close(together, alone.repeat(40, 1), rtol=0.0, atol=COMPANY)
@@ -116,32 +116,36 @@ def test_a_segment_is_the_same_within_1e_9_in_whatever_company_it_is_measured():
 
 
 def test_no_segment_gives_no_row():
-    percept, atoms, _ = made()
-    assert measured(percept, atoms, []).shape == (0, len(CONTOUR_COLUMNS))
+    observation, atoms, _ = made()
+    assert measured(observation, atoms, []).shape == (0, len(CONTOUR_COLUMNS))
 
 
 def test_the_names_of_atoms_do_not_matter(generator):
-    percept, atoms, segments = made()
-    under_other_names = measured(percept, *renamed(percept, atoms, segments, generator))
-    torch.testing.assert_close(under_other_names, measured(percept, atoms, segments), rtol=0.0, atol=COMPANY)
+    observation, atoms, segments = made()
+    under_other_names = measured(observation, *renamed(observation, atoms, segments, generator))
+    torch.testing.assert_close(
+        under_other_names, measured(observation, atoms, segments), rtol=0.0, atol=COMPANY
+    )
 
 
 def test_the_image_may_be_mirrored():
-    percept, atoms, segments = made()
-    strength = replace(percept.boundaries, strength=percept.boundaries.strength.flip(1))
-    cloud = replace(percept.cloud, depth=percept.cloud.depth.flip(1), valid=percept.cloud.valid.flip(1))
-    mirrored = replace(percept, boundaries=strength, cloud=cloud, signs=percept.signs.flip(2))
+    observation, atoms, segments = made()
+    strength = replace(observation.boundaries, strength=observation.boundaries.strength.flip(1))
+    cloud = replace(
+        observation.cloud, depth=observation.cloud.depth.flip(1), valid=observation.cloud.valid.flip(1)
+    )
+    mirrored = replace(observation, boundaries=strength, cloud=cloud, cues=observation.cues.flip(2))
     other = make_atoms(atoms.label.flip(1), strength.strength)
     torch.testing.assert_close(
-        measured(mirrored, other, segments), measured(percept, atoms, segments), rtol=0.0, atol=COMPANY
+        measured(mirrored, other, segments), measured(observation, atoms, segments), rtol=0.0, atol=COMPANY
     )
 
 
 def test_a_segment_that_fills_the_image_ends_at_its_rim_alone():
-    percept, atoms, _ = made()
+    observation, atoms, _ = made()
     height, width = atoms.label.shape
-    whole = make_atoms(torch.ones_like(atoms.label), percept.boundaries.strength)
-    (row,) = measured(percept, whole, [frozenset({0})])
+    whole = make_atoms(torch.ones_like(atoms.label), observation.boundaries.strength)
+    (row,) = measured(observation, whole, [frozenset({0})])
     values = dict(zip(CONTOUR_COLUMNS, row.tolist(), strict=True))
     assert values["outline_px"] == 2 * (height + width)
     assert values["outline_rim_share"] == 1.0
@@ -149,9 +153,9 @@ def test_a_segment_that_fills_the_image_ends_at_its_rim_alone():
 
 
 def test_a_merge_moves_the_border_between_two_parts_from_their_outlines_inside():
-    percept, atoms, _ = made()
+    observation, atoms, _ = made()
     one, other = frozenset({int(atoms.first[0])}), frozenset({int(atoms.second[0])})
-    a, b, both = measured(percept, atoms, [one, other, one | other])
+    a, b, both = measured(observation, atoms, [one, other, one | other])
     outline = CONTOUR_COLUMNS.index("outline_px")
     pixels = float(atoms.pixels[list(one | other)].sum())
     within = float(both[CONTOUR_COLUMNS.index("interior_relative")]) * pixels**0.5

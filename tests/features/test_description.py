@@ -8,7 +8,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from blockstab.features.appearances import Appearances
+from blockstab.features.appearance.pair_cache import Appearances
 from blockstab.features.box_shape import BOX_SHAPE_COLUMNS, box_shape
 from blockstab.features.columns import LONE_COLUMNS, SEGMENT_COLUMNS
 from blockstab.features.description import Describer
@@ -16,10 +16,10 @@ from blockstab.features.pairwise import PAIRWISE_COLUMNS, pairs_of, pairwise_fea
 from blockstab.features.unary import UNARY_COLUMNS, unary_features
 from blockstab.segments.hierarchy import build_hierarchy
 from tests.search.watched import blocks_view
-from tests.synthetic import interpreter, over_split, variants
+from tests.synthetic import builder, over_split, variants
 from tests.tolerance import COMPANY
 
-VIEW = blocks_view()
+SEARCH_INPUT = blocks_view()
 
 
 def things(rows: Tensor) -> Tensor:
@@ -28,10 +28,12 @@ def things(rows: Tensor) -> Tensor:
 
 
 def describer(background=things) -> Describer:
-    return Describer(VIEW.percept, VIEW.atoms, build_hierarchy(VIEW.atoms), background)
+    return Describer(
+        SEARCH_INPUT.observation, SEARCH_INPUT.atoms, build_hierarchy(SEARCH_INPUT.atoms), background
+    )
 
 
-SCENES = interpreter(VIEW)(variants(VIEW, 8))
+SCENES = builder(SEARCH_INPUT)(variants(SEARCH_INPUT, 8))
 
 
 def test_a_row_is_table_1_then_the_box_then_the_segment_by_itself():
@@ -41,14 +43,16 @@ def test_a_row_is_table_1_then_the_box_then_the_segment_by_itself():
         assert one.scene is scene
         assert one.unary.shape == (len(scene), len(SEGMENT_COLUMNS))
         assert torch.equal(one.unary[:, :table], unary_features(scene))
-        shape = box_shape(scene.boxes, scene.pixels, VIEW.percept.frame.camera, VIEW.percept.ground)
+        shape = box_shape(
+            scene.boxes, scene.pixels, SEARCH_INPUT.observation.frame.camera, SEARCH_INPUT.observation.ground
+        )
         assert torch.equal(one.unary[:, table:box], shape)
         assert torch.equal(one.unary[:, box:], describe.lone(scene.segmentation.segments))
         assert bool(one.unary.isfinite().all())
 
 
 def test_pairs_are_described_by_their_boxes_and_their_looks():
-    look = Appearances(VIEW.percept, VIEW.atoms)
+    look = Appearances(SEARCH_INPUT.observation, SEARCH_INPUT.atoms)
     for one in describer()(SCENES):
         assert one.pairwise.shape == (len(pairs_of(one.scene)), len(PAIRWISE_COLUMNS))
         expected = pairwise_features(one.scene, look(pairs_of(one.scene)))
@@ -56,11 +60,11 @@ def test_pairs_are_described_by_their_boxes_and_their_looks():
 
 
 def test_what_is_lost_in_background_is_the_things_in_its_atoms():
-    label = VIEW.percept.frame.label
+    label = SEARCH_INPUT.observation.frame.label
     for scene, one in zip(SCENES, describer()(SCENES), strict=True):
         for segment, share in zip(scene.segmentation.segments, one.lost.tolist(), strict=True):
-            inside = torch.isin(VIEW.atoms.label - 1, torch.tensor(sorted(segment)))
-            ground = (VIEW.percept.on_ground & inside).double().sum() / inside.sum()
+            inside = torch.isin(SEARCH_INPUT.atoms.label - 1, torch.tensor(sorted(segment)))
+            ground = (SEARCH_INPUT.observation.on_ground & inside).double().sum() / inside.sum()
             assert share == pytest.approx(1.0 - float(ground))
     truth = describer()([SCENES[0]])[0]
     assert label is not None
@@ -85,7 +89,7 @@ def test_scenes_are_the_same_within_1e_9_in_whatever_company_they_are_described(
 
 
 def test_lone_rows_come_in_the_order_they_are_asked_for():
-    describe, segments = describer(), over_split(VIEW).segments
+    describe, segments = describer(), over_split(SEARCH_INPUT).segments
     rows = describe.lone(segments)
     assert torch.equal(describe.lone(segments[::-1]), rows.flip(0))
     assert torch.equal(describe.lone([segments[2], segments[2]]), rows[[2, 2]])
@@ -94,7 +98,7 @@ def test_lone_rows_come_in_the_order_they_are_asked_for():
 
 def test_what_surrounds_a_segment_is_not_in_its_lone_row_but_its_stability_is_in_its_unary_row():
     describe = describer()
-    lower = VIEW.start.segments.index(min(VIEW.start.segments[1:], key=lambda s: -len(s)))
+    lower = SEARCH_INPUT.start.segments.index(min(SEARCH_INPUT.start.segments[1:], key=lambda s: -len(s)))
     scene = SCENES[0]
     fallen = replace(scene, balance=replace(scene.balance, stable=torch.zeros_like(scene.balance.stable)))
     one, other = describe([scene, fallen])

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from blockstab.features.appearance import APPEARANCE_COLUMNS
+from blockstab.features.appearance.pair_columns import APPEARANCE_COLUMNS
 from blockstab.features.pairwise import (
     BOX_COLUMNS,
     PAIRWISE_COLUMNS,
@@ -17,7 +17,7 @@ from blockstab.features.pairwise import (
     pairs_of,
     pairwise_features,
 )
-from blockstab.scene import Scene
+from blockstab.scene.types import Scene
 from tests import worlds
 from tests.box_scene import alike, scene_of, scene_of_boxes
 from tests.tolerance import EXACT

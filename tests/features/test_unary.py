@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from blockstab.features.unary import UNARY_COLUMNS, unary_features
-from blockstab.scene import Scene
+from blockstab.scene.types import Scene
 from tests import worlds
 from tests.box_scene import FIT_MEAN, FIT_VARIANCE, VISIBLE, scene_of, scene_of_boxes
 from tests.tolerance import EXACT

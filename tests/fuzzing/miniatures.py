@@ -24,13 +24,13 @@ from blockstab.datasets.sets import FolderScenes, SceneSet
 from blockstab.datasets.splits import Halves, scenes_of
 from blockstab.datasets.sunrgbd import SUNRGBD
 from blockstab.datasets.truth import ObjectTruth, Truth
-from blockstab.features.appearance import APPEARANCE_COLUMNS
+from blockstab.features.appearance.pair_columns import APPEARANCE_COLUMNS
 from blockstab.rgbd.frame import Camera, Frame
-from blockstab.simulation.verdicts import read_verdict
-from models.checkpoint import load_potentials, save_potentials
-from models.heads import LinearHead, MLPHead, Potential, TreesHead
-from models.stages import BoostedStage, StagedMerging, load_stages, save_stages
-from models.staging import StagePlan, boosted
+from blockstab.simulation.physics.verdicts import read_verdict
+from models.potentials.checkpoint import load_potentials, save_potentials
+from models.potentials.heads import LinearHead, MLPHead, Potential, TreesHead
+from models.stages.stages import BoostedStage, StagedMerging, load_stages, save_stages
+from models.stages.training import StagePlan, boosted
 from tests.datasets.bop_files import write_bop
 from tests.datasets.nyu_files import write_nyu
 from tests.datasets.pcd_files import seen, table_of, write_cloud

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from blockstab.rgbd.reading import FrameError
-from models.record import CheckpointError
+from models.potentials.record import CheckpointError
 
 LONGEST_MESSAGE = 1000  # characters
 _REFUSALS = (ValueError, FrameError, CheckpointError)

@@ -6,8 +6,8 @@ from blockstab.datasets.sets import FolderScenes
 from blockstab.proposals.files import LabelFile
 from blockstab.search.moves.every import EVERY
 from models.entry import one_line_errors
-from models.examples import ExampleMaker
 from models.gathering import examples_of
+from models.potentials.examples import ExampleMaker
 from tests.synthetic import BLOCKS, photograph, write_folder
 
 
@@ -19,7 +19,7 @@ def test_a_callers_mistake_becomes_one_line_and_exit_status_1():
 
 def test_what_a_part_of_the_configuration_refuses_becomes_one_line():
     with pytest.raises(SystemExit) as stop, one_line_errors():
-        instantiate({"_target_": "models.stages.silberman", "stages": "missing.json"})
+        instantiate({"_target_": "models.stages.stages.silberman", "stages": "missing.json"})
     assert stop.value.code == "missing.json is not there; train it with `python train.py target=stages`."
 
 

@@ -10,19 +10,19 @@ from pathlib import Path
 import pytest
 import torch
 
-from blockstab import fingerprint
 from blockstab.datasets.sets import FolderScenes
 from blockstab.datasets.truth import Truth
-from blockstab.pool import Regions
+from blockstab.determinism import fingerprint
 from blockstab.proposals.files import MaskFile
+from blockstab.proposals.pool import Regions
 from blockstab.proposals.watershed import Watershed
-from blockstab.reasoning import Rules
 from blockstab.rgbd.frame import Frame
+from blockstab.scene.inference import Rules
 from blockstab.search.moves.merge import Merge
 from blockstab.search.moves.split import Split
-from models.examples import ExampleMaker
 from models.gathering import as_tensors, from_tensors, gathered, scene_generator
-from models.rows import Examples
+from models.potentials.examples import ExampleMaker
+from models.potentials.rows import Examples
 from tests.synthetic import BLOCKS, photograph, write_folder
 from tests.toy_potentials import toy_potentials
 

@@ -14,9 +14,9 @@ import torch
 from blockstab.proposals import Proposal
 from blockstab.proposals.felzenszwalb import Felzenszwalb
 from blockstab.proposals.files import LabelFile, MaskFile
-from blockstab.proposals.planes import Planes
+from blockstab.proposals.plane_pieces import Planes
 from blockstab.proposals.watershed import Watershed
-from models.stages import silberman
+from models.stages.stages import silberman
 from tests.block_scene import APART, STACK, Picture, picture
 from tests.proposals.mask_files import write_arrays, write_coco, write_labels, write_sam
 
@@ -58,7 +58,7 @@ def scene(request: pytest.FixtureRequest) -> Picture:
 
 
 def test_convention_label_image(proposal: Proposal, scene: Picture) -> None:
-    label = proposal(scene.percept).label
+    label = proposal(scene.observation).label
     assert label.dtype == torch.int64
     assert label.shape == scene.frame.depth.shape
     assert int(label.min()) >= 0
@@ -66,23 +66,23 @@ def test_convention_label_image(proposal: Proposal, scene: Picture) -> None:
 
 
 def test_the_same_picture_gives_the_same_regions(proposal: Proposal, scene: Picture) -> None:
-    one = proposal(scene.percept)
-    other = proposal(scene.percept)
+    one = proposal(scene.observation)
+    other = proposal(scene.observation)
     assert torch.equal(one.label, other.label)
-    assert one.known == other.known
+    assert one.is_background == other.is_background
     assert one.scores == other.scores
 
 
 def test_what_is_known_is_known_of_regions_that_exist(proposal: Proposal, scene: Picture) -> None:
-    proposed = proposal(scene.percept)
+    proposed = proposal(scene.observation)
     there = set(proposed.label.unique().tolist()) - {0}
-    assert set(proposed.known) <= there
+    assert set(proposed.is_background) <= there
     assert set(proposed.scores) <= there
 
 
 def test_nothing_it_is_given_changes(proposal: Proposal, scene: Picture) -> None:
     before = [getattr(part, f.name) for part in (scene.frame, scene.cloud) for f in fields(part)]
     copies = [value.clone() if torch.is_tensor(value) else value for value in before]
-    proposal(scene.percept)
+    proposal(scene.observation)
     for value, copy in zip(before, copies, strict=True):
         assert torch.equal(value, copy) if torch.is_tensor(value) else value == copy

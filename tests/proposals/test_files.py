@@ -36,14 +36,14 @@ def masks(scene: Picture) -> list[NDArray[np.bool_]]:
 
 
 def test_the_labels_of_the_scene_keep_their_ids_and_background(scene: Picture) -> None:
-    proposed = LabelFile()(scene.percept)
+    proposed = LabelFile()(scene.observation)
     assert torch.equal(proposed.label, scene.frame.label)
-    assert dict(proposed.known) == {TABLE: True, 2: False, 3: False}
+    assert dict(proposed.is_background) == {TABLE: True, 2: False, 3: False}
 
 
 def test_a_scene_without_labels_is_refused_by_name(scene: Picture) -> None:
     with pytest.raises(ValueError, match=r"blocks has no label\.png"):
-        LabelFile()(replace(scene, frame=replace(scene.frame, label=None)).percept)
+        LabelFile()(replace(scene, frame=replace(scene.frame, label=None)).observation)
 
 
 WRITERS: dict[str, Callable[..., None]] = {
@@ -58,7 +58,7 @@ def test_what_a_segmenter_wrote_becomes_regions_with_scores(
     scene: Picture, masks: list[NDArray[np.bool_]], tmp_path: Path, name: str
 ) -> None:
     WRITERS[name](tmp_path / name, masks, SCORES)
-    proposed = MaskFile(tmp_path / name)(scene.percept)
+    proposed = MaskFile(tmp_path / name)(scene.observation)
     whole, half, other = (torch.from_numpy(mask) for mask in masks)
     assert torch.equal(proposed.label == 1, whole & ~half)
     assert torch.equal(proposed.label == 2, half)
@@ -70,20 +70,20 @@ def test_the_table_that_is_in_no_mask_is_one_region_known_as_background(
     scene: Picture, masks: list[NDArray[np.bool_]], tmp_path: Path
 ) -> None:
     write_coco(tmp_path / "a.json", masks, SCORES)
-    percept = scene.percept
-    proposed = MaskFile(tmp_path / "a.json")(percept)
+    observation = scene.observation
+    proposed = MaskFile(tmp_path / "a.json")(observation)
     covered = torch.from_numpy(np.any(masks, axis=0))
-    assert dict(proposed.known) == {4: True}
-    assert torch.equal(proposed.label == 4, percept.on_ground & ~covered)
-    assert torch.equal(proposed.label == 0, ~percept.on_ground & ~covered)
+    assert dict(proposed.is_background) == {4: True}
+    assert torch.equal(proposed.label == 4, observation.on_ground & ~covered)
+    assert torch.equal(proposed.label == 0, ~observation.on_ground & ~covered)
 
 
 def test_an_object_in_no_mask_has_no_region(
     scene: Picture, masks: list[NDArray[np.bool_]], tmp_path: Path
 ) -> None:
     write_coco(tmp_path / "a.json", masks[:2], SCORES[:2])
-    label = MaskFile(tmp_path / "a.json")(scene.percept).label
-    high = torch.from_numpy(masks[2]) & ~scene.percept.on_ground
+    label = MaskFile(tmp_path / "a.json")(scene.observation).label
+    high = torch.from_numpy(masks[2]) & ~scene.observation.on_ground
     assert int(high.sum()) > 0.9 * masks[2].sum()
     assert not bool(label[high].any())
 
@@ -91,29 +91,29 @@ def test_an_object_in_no_mask_has_no_region(
 def test_a_few_pixels_of_the_table_are_no_region(
     scene: Picture, masks: list[NDArray[np.bool_]], tmp_path: Path
 ) -> None:
-    percept = scene.percept
-    rows, columns = np.nonzero(percept.on_ground.numpy() & ~np.any(masks, axis=0))
+    observation = scene.observation
+    rows, columns = np.nonzero(observation.on_ground.numpy() & ~np.any(masks, axis=0))
     covered = np.ones_like(masks[0])
     covered[rows[:99], columns[:99]] = False
     write_coco(tmp_path / "a.json", [covered, *masks], (0.5, *SCORES))
-    proposed = MaskFile(tmp_path / "a.json")(percept)
+    proposed = MaskFile(tmp_path / "a.json")(observation)
     assert torch.equal(proposed.label > 0, torch.from_numpy(covered))
     assert torch.equal(
-        MaskFile(tmp_path / "a.json", least_px=99)(percept).label == 5, torch.from_numpy(~covered)
+        MaskFile(tmp_path / "a.json", least_px=99)(observation).label == 5, torch.from_numpy(~covered)
     )
 
 
 def test_what_is_left_of_a_mask_on_the_table_becomes_table(
     scene: Picture, masks: list[NDArray[np.bool_]], tmp_path: Path
 ) -> None:
-    percept = scene.percept
-    rows, columns = np.nonzero(percept.on_ground.numpy() & ~np.any(masks, axis=0))
+    observation = scene.observation
+    rows, columns = np.nonzero(observation.on_ground.numpy() & ~np.any(masks, axis=0))
     wide = masks[0].copy()
     wide[rows[:30], columns[:30]] = True
     write_coco(tmp_path / "a.json", [wide, masks[0]], SCORES[:2])
-    proposed = MaskFile(tmp_path / "a.json")(percept)
+    proposed = MaskFile(tmp_path / "a.json")(observation)
     assert set(proposed.label[rows[:30], columns[:30]].tolist()) == {3}
-    assert dict(proposed.known) == {3: True}
+    assert dict(proposed.is_background) == {3: True}
 
 
 def test_a_mask_of_the_table_is_known_as_background(
@@ -121,8 +121,8 @@ def test_a_mask_of_the_table_is_known_as_background(
 ) -> None:
     everywhere = np.ones_like(masks[0])
     write_coco(tmp_path / "a.json", [everywhere, *masks], (0.5, *SCORES))
-    proposed = MaskFile(tmp_path / "a.json")(scene.percept)
-    assert dict(proposed.known) == {1: True}
+    proposed = MaskFile(tmp_path / "a.json")(scene.observation)
+    assert dict(proposed.is_background) == {1: True}
     assert bool((proposed.label > 0).all())
 
 
@@ -130,11 +130,11 @@ def test_unsure_masks_are_left_out_and_those_without_score_are_not(
     scene: Picture, masks: list[NDArray[np.bool_]], tmp_path: Path
 ) -> None:
     write_coco(tmp_path / "a.json", masks, (0.9, 0.3, 0.5))
-    proposed = MaskFile(tmp_path / "a.json", least_score=0.5)(scene.percept)
+    proposed = MaskFile(tmp_path / "a.json", least_score=0.5)(scene.observation)
     assert torch.equal(proposed.label == 1, torch.from_numpy(masks[0]))
     assert set(proposed.scores) == {1, 3}
     np.savez(tmp_path / "a.npz", masks=np.stack(masks))
-    assert set(MaskFile(tmp_path / "a.npz", least_score=0.5)(scene.percept).label.unique().tolist()) >= {
+    assert set(MaskFile(tmp_path / "a.npz", least_score=0.5)(scene.observation).label.unique().tolist()) >= {
         1,
         2,
         3,
@@ -148,7 +148,7 @@ def test_a_small_mask_leaves_no_hole_in_the_larger_one(
     rows, columns = np.nonzero(masks[0])
     speck[rows[:50], columns[:50]] = True
     write_coco(tmp_path / "a.json", [masks[0], speck], (0.9, 0.99))
-    proposed = MaskFile(tmp_path / "a.json", least_px=51)(scene.percept)
+    proposed = MaskFile(tmp_path / "a.json", least_px=51)(scene.observation)
     assert torch.equal(proposed.label == 1, torch.from_numpy(masks[0]))
     assert set(proposed.scores) == {1}
 
@@ -160,7 +160,7 @@ def test_what_others_leave_of_a_mask_is_no_region_if_it_is_small(
     part = masks[0].copy()
     part[rows[:30], columns[:30]] = False
     write_coco(tmp_path / "a.json", [masks[0], part], (0.9, 0.8))
-    proposed = MaskFile(tmp_path / "a.json", least_px=31)(scene.percept)
+    proposed = MaskFile(tmp_path / "a.json", least_px=31)(scene.observation)
     assert torch.equal(proposed.label == 2, torch.from_numpy(part))
     assert set(proposed.scores) == {2}
     assert not bool((proposed.label == 1).any())
@@ -172,7 +172,7 @@ def test_a_label_image_keeps_its_ids(scene: Picture, tmp_path: Path, kind: str, 
     ids[5:20, 5:30], ids[30:40, 5:30] = 17, largest
     path = tmp_path / "ids.png"
     Image.fromarray(ids).save(path)
-    proposed = MaskFile(path)(scene.percept)
+    proposed = MaskFile(path)(scene.observation)
     given = torch.from_numpy(ids.astype(np.int64))
     assert torch.equal(torch.where(given > 0, proposed.label, 0), given)
     assert proposed.scores == {}
@@ -185,7 +185,7 @@ def test_a_path_takes_the_name_of_the_scene(
     write_labels(tmp_path / "blocks" / "blocks_ids.png", masks)
     proposal = MaskFile(f"{tmp_path}/{{scene}}/{{scene}}_ids.png")
     assert proposal.file("blocks") == tmp_path / "blocks" / "blocks_ids.png"
-    assert {1, 2, 3} <= set(proposal(scene.percept).label.unique().tolist())
+    assert {1, 2, 3} <= set(proposal(scene.observation).label.unique().tolist())
 
 
 def test_a_file_of_another_size_is_refused(scene: Picture, tmp_path: Path) -> None:
@@ -194,24 +194,24 @@ def test_a_file_of_another_size_is_refused(scene: Picture, tmp_path: Path) -> No
     write_coco(tmp_path / "small.json", small, (0.9,))
     write_arrays(tmp_path / "small.npz", small, (0.9,))
     with pytest.raises(ValueError, match="320 x 240 pixels of blocks, but has 20 x 10"):
-        MaskFile(tmp_path / "small.png")(scene.percept)
+        MaskFile(tmp_path / "small.png")(scene.observation)
     with pytest.raises(ValueError, match=r"that of the image, \[240, 320\] .* but it is \[10, 20\]"):
-        MaskFile(tmp_path / "small.json")(scene.percept)
+        MaskFile(tmp_path / "small.json")(scene.observation)
     with pytest.raises(ValueError, match="N x 240 x 320, as the image is, but are 1 x 10 x 20"):
-        MaskFile(tmp_path / "small.npz")(scene.percept)
+        MaskFile(tmp_path / "small.npz")(scene.observation)
 
 
 def test_a_picture_in_colour_is_no_label_image(scene: Picture, tmp_path: Path) -> None:
     path = tmp_path / "color.png"
     Image.fromarray(scene.frame.color.numpy()).save(path)
     with pytest.raises(ValueError, match="one channel"):
-        MaskFile(path)(scene.percept)
+        MaskFile(path)(scene.observation)
 
 
 @pytest.mark.parametrize("name", ["nowhere.png", "nowhere.json", "nowhere.npz"])
 def test_a_missing_file_is_named(scene: Picture, tmp_path: Path, name: str) -> None:
     with pytest.raises(ValueError, match=name.replace(".", r"\.")):
-        MaskFile(tmp_path / name)(scene.percept)
+        MaskFile(tmp_path / name)(scene.observation)
 
 
 @pytest.mark.parametrize("path", ["masks.pkl", "masks", "masks.JSON.gz"])

@@ -9,8 +9,8 @@ import pytest
 import torch
 from torch import Tensor
 
-from blockstab.features.appearance import APPEARANCE_COLUMNS, Variant
-from blockstab.percept import Percept
+from blockstab.features.appearance.pair_columns import APPEARANCE_COLUMNS, Variant
+from blockstab.observation import Observation
 from blockstab.proposals.silberman import Order, Silberman, merged_once
 from blockstab.segments.edgelets import trace_edgelets
 from tests.block_scene import APART, HEIGHT, TABLE, WIDTH, picture
@@ -36,8 +36,8 @@ class Learned:
 
 
 @pytest.fixture(scope="module")
-def percept() -> Percept:
-    return picture(APART).percept
+def observation() -> Observation:
+    return picture(APART).observation
 
 
 def stripes(*columns: int) -> Tensor:
@@ -128,41 +128,43 @@ def test_nothing_is_sure_where_a_single_region_has_no_border() -> None:
     assert torch.equal(merge(label, (), 0.5), label)
 
 
-def test_a_stage_is_shown_every_edgelet_with_all_its_features(percept: Percept) -> None:
+def test_a_stage_is_shown_every_edgelet_with_all_its_features(observation: Observation) -> None:
     shown: list[Tensor] = []
     label = ring_and_bridge()
     stage = Told(lambda rows: (shown.append(rows), torch.zeros(len(rows)).double())[1])
-    Silberman(Learned([stage]))(replace(percept, fine=label))
+    Silberman(Learned([stage]))(replace(observation, fine=label))
     assert shown[0].shape == (len(trace_edgelets(label)), len(APPEARANCE_COLUMNS))
     assert bool(shown[0].isfinite().all())
 
 
-def test_without_stages_the_atoms_are_the_regions(percept: Percept) -> None:
-    assert torch.equal(Silberman(Learned(), least_px=0)(percept).label, percept.fine)
+def test_without_stages_the_atoms_are_the_regions(observation: Observation) -> None:
+    assert torch.equal(Silberman(Learned(), least_px=0)(observation).label, observation.fine)
 
 
-def test_a_speck_joins_its_neighbour_in_the_end(percept: Percept) -> None:
+def test_a_speck_joins_its_neighbour_in_the_end(observation: Observation) -> None:
     label = torch.ones(HEIGHT, WIDTH, dtype=torch.int64)
     label[100:110, 100:119] = 2
-    seen = replace(percept, fine=label)
+    seen = replace(observation, fine=label)
     assert Silberman(Learned(), least_px=190)(seen).label.unique().tolist() == [1, 2]
     assert Silberman(Learned(), least_px=191)(seen).label.unique().tolist() == [1]
 
 
-def test_a_stage_that_is_sure_of_all_leaves_one_region_where_all_hangs_together(percept: Percept) -> None:
-    proposed = Silberman(Learned([Told(lambda rows: torch.ones(len(rows)).double())]))(percept)
-    assert proposed.label[percept.fine > 0].unique().tolist() == [1]
+def test_a_stage_that_is_sure_of_all_leaves_one_region_where_all_hangs_together(
+    observation: Observation,
+) -> None:
+    proposed = Silberman(Learned([Told(lambda rows: torch.ones(len(rows)).double())]))(observation)
+    assert proposed.label[observation.fine > 0].unique().tolist() == [1]
 
 
-def test_the_table_is_known_as_background_and_blocks_are_not(percept: Percept) -> None:
+def test_the_table_is_known_as_background_and_blocks_are_not(observation: Observation) -> None:
     truth = picture(APART).frame.label
     assert truth is not None
-    proposed = Silberman(Learned())(replace(percept, fine=truth))
-    assert dict(proposed.known) == {TABLE: True}
+    proposed = Silberman(Learned())(replace(observation, fine=truth))
+    assert dict(proposed.is_background) == {TABLE: True}
 
 
-def test_one_seed_draws_one_order(percept: Percept) -> None:
-    seen = replace(percept, fine=(label := corner()))
+def test_one_seed_draws_one_order(observation: Observation) -> None:
+    seen = replace(observation, fine=(label := corner()))
     edgelets = trace_edgelets(label)
     pairs = zip(edgelets.first.tolist(), edgelets.second.tolist(), strict=True)
     sure = torch.tensor([CORNER_SURE[pair] for pair in pairs], dtype=torch.float64)

@@ -9,7 +9,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from blockstab.percept import estimated_ground, perceive
+from blockstab.observation import estimated_ground, observe
 from blockstab.proposals.watershed import GROUND_ID, Watershed
 from blockstab.rgbd.cloud import Cloud
 from blockstab.rgbd.frame import Camera, Frame, read_scene
@@ -23,7 +23,7 @@ def overlap(label: Tensor, truth: Tensor) -> float:
 
 
 def propose(scene: Picture, threshold: float = 0.5, least_px: int = 100) -> Tensor:
-    return Watershed(threshold, least_px)(scene.percept).label
+    return Watershed(threshold, least_px)(scene.observation).label
 
 
 @pytest.mark.parametrize("blocks", [APART, STACK], ids=["apart", "stack"])
@@ -36,8 +36,8 @@ def test_each_block_is_one_region(blocks) -> None:
 
 def test_the_table_is_one_region_and_known_as_background() -> None:
     scene = picture(APART)
-    proposed = Watershed()(scene.percept)
-    assert dict(proposed.known) == {GROUND_ID: True}
+    proposed = Watershed()(scene.observation)
+    assert dict(proposed.is_background) == {GROUND_ID: True}
     table = scene.frame.label == TABLE
     assert float(((proposed.label == GROUND_ID) & table).sum() / table.sum()) > 0.97
     assert float(((proposed.label == GROUND_ID) & ~table).sum() / (~table).sum()) < 0.05
@@ -46,8 +46,8 @@ def test_the_table_is_one_region_and_known_as_background() -> None:
 def test_an_unknown_ground_leaves_the_blocks_apart() -> None:
     scene = picture(APART)
     unknown = replace(scene, ground=replace(scene.ground, height=None))
-    proposed = Watershed()(unknown.percept)
-    assert not proposed.known
+    proposed = Watershed()(unknown.observation)
+    assert not proposed.is_background
     for number in (2, 3):
         assert overlap(proposed.label, scene.frame.label == number) > 0.8
 
@@ -82,7 +82,7 @@ def test_a_picture_without_depth_has_no_regions() -> None:
 @pytest.mark.parametrize("name", ["learn04", "learn16", "learn22"])
 def test_boxes_on_a_real_table_are_found(real_scenes: Path, name: str) -> None:
     frame = read_scene(real_scenes / "osd" / name)
-    label = Watershed()(perceive(frame, estimated_ground)).label
+    label = Watershed()(observe(frame, estimated_ground)).label
     assert frame.label is not None
     label = torch.where(frame.label > 0, label, 0)
     for number in frame.label.unique().tolist():

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 import torch
 
-from blockstab.metrics import overlap_score
-from blockstab.scoring.atoms import OverlapOfAtoms
+from blockstab.evaluation.metrics import overlap_score
+from blockstab.evaluation.scoring.atoms import OverlapOfAtoms
 from blockstab.segments.atoms import make_atoms
 from blockstab.segments.segmentation import Segmentation
-from tests.metrics.label_images import patches, scattered
+from tests.evaluation.metrics.label_images import patches, scattered
 from tests.tolerance import EXACT
 
 

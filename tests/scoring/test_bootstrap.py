@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from blockstab.scoring import Score
-from blockstab.scoring.bootstrap import interval, pooled, step
+from blockstab.evaluation.scoring import Score
+from blockstab.evaluation.scoring.bootstrap import interval, pooled, step
 from tests.tolerance import EXACT
 
 HARD_AND_EASY = {"hard": Score(0.2, 1), "middle": Score(0.5, 1), "easy": Score(0.9, 1)}

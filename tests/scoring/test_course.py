@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import pytest
 
-from blockstab.look import Look
-from blockstab.metrics import overlap_score
-from blockstab.parser import Parser
+from blockstab.evaluation.metrics import overlap_score
+from blockstab.evaluation.scoring.course import Course, Following, followed_course, mean_course, read_course
+from blockstab.parsing.look import Look
+from blockstab.parsing.parser import Parser
 from blockstab.proposals.watershed import Watershed
-from blockstab.scoring.course import Course, Following, followed_course, mean_course, read_course
 from blockstab.search.greedy import Greedy
 from blockstab.search.rsamp import RSamp
 from tests.synthetic import BLOCKS, photograph

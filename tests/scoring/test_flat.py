@@ -7,10 +7,10 @@ import torch
 from torch import Tensor
 
 from blockstab.datasets.truth import Truth
+from blockstab.evaluation.scoring import Score
+from blockstab.evaluation.scoring.flat import flat_found, flat_objects
+from blockstab.evaluation.scoring.prediction import Prediction
 from blockstab.rgbd.frame import Camera, Frame
-from blockstab.scoring import Score
-from blockstab.scoring.flat import flat_found, flat_objects
-from blockstab.scoring.prediction import Prediction
 
 TABLE, PEN, BOX, SHEET = 1, 2, 3, 4
 CAMERA = Camera(200.0, 200.0, 79.5, 59.5)

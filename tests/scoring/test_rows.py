@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from blockstab.scoring import Score
-from blockstab.scoring.rows import Scored, rows_of
+from blockstab.evaluation.scoring import Score
+from blockstab.evaluation.scoring.rows import Scored, rows_of
 from tests.tolerance import EXACT
 
 

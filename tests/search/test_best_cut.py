@@ -18,7 +18,7 @@ from tests.worlds import Block
 
 SMALL = view_of(photograph(*BLOCKS[:2]))
 TINY = view_of(photograph(Block(0, 0, 0.05, 0.05, d=0.05), BLOCKS[0]))
-problems = pytest.mark.parametrize("view", [SMALL, TINY], ids=["tower", "two"])
+problems = pytest.mark.parametrize("search_input", [SMALL, TINY], ids=["tower", "two"])
 
 
 def cuts(node: Segment, parts: dict[Segment, tuple[Segment, Segment]]) -> list[frozenset[Segment]]:
@@ -33,13 +33,13 @@ def cuts(node: Segment, parts: dict[Segment, tuple[Segment, Segment]]) -> list[f
 def made_from(problem: Problem) -> tuple[list[Segment], dict[Segment, tuple[Segment, Segment]]]:
     """The nodes that no other is made from; and what each node was made from."""
     found, hierarchy = nodes(problem.hierarchy), problem.hierarchy
-    now = {atom: frozenset({atom}) for atom in range(len(problem.view.atoms))}
+    now = {atom: frozenset({atom}) for atom in range(len(problem.search_input.atoms))}
     parts = {}
     for kept, gone in zip(hierarchy.first.tolist(), hierarchy.second.tolist(), strict=True):
         whole = now[kept] | now[gone]
         parts[whole] = (now[kept], now.pop(gone))
         now[kept] = whole
-    assert set(found) == set(parts) | {frozenset({a}) for a in range(len(problem.view.atoms))}
+    assert set(found) == set(parts) | {frozenset({a}) for a in range(len(problem.search_input.atoms))}
     return list(now.values()), parts
 
 
@@ -55,12 +55,12 @@ def all_cuts(problem: Problem, free: Segment) -> set[frozenset[Segment]]:
 
 
 @problems
-def test_no_cut_of_the_hierarchy_loses_less(view):
-    problem = watched(view).problem
-    found = BestCut()(view.start, problem, seeded(0)).best.scene.segmentation
-    (scene,) = problem.interpret([view.start])
-    kept = {s for s, b in zip(view.start.segments, scene.background.tolist(), strict=True) if b}
-    free = frozenset(chain(*(s for s in view.start.segments if s not in kept)))
+def test_no_cut_of_the_hierarchy_loses_less(search_input):
+    problem = watched(search_input).problem
+    found = BestCut()(search_input.start, problem, seeded(0)).best.scene.segmentation
+    (scene,) = problem.build([search_input.start])
+    kept = {s for s, b in zip(search_input.start.segments, scene.background.tolist(), strict=True) if b}
+    free = frozenset(chain(*(s for s in search_input.start.segments if s not in kept)))
     every = all_cuts(problem, free)
     assert len(every) > 5
     objects = frozenset(found.segments) - kept
@@ -70,11 +70,13 @@ def test_no_cut_of_the_hierarchy_loses_less(view):
 
 
 @problems
-def test_where_all_is_free_it_is_the_best_cut_of_all(view):
-    problem = watched(view).problem
-    nothing = Segmentation(view.start.segments).telling(dict.fromkeys(view.start.segments, False))
+def test_where_all_is_free_it_is_the_best_cut_of_all(search_input):
+    problem = watched(search_input).problem
+    nothing = Segmentation(search_input.start.segments).telling(
+        dict.fromkeys(search_input.start.segments, False)
+    )
     found = BestCut()(nothing, problem, seeded(0)).best.scene.segmentation
-    every = all_cuts(problem, frozenset(range(len(view.atoms))))
+    every = all_cuts(problem, frozenset(range(len(search_input.atoms))))
     assert loss(problem, frozenset(found.segments)) == pytest.approx(
         min(loss(problem, cut) for cut in every), rel=1e-12
     )
@@ -93,10 +95,10 @@ def test_it_is_so_whatever_segments_lose(seed):
 
 
 def test_background_stays_as_the_start_has_it_and_is_told():
-    view = blocks_view()
-    start = over_split(view)
+    search_input = blocks_view()
+    start = over_split(search_input)
     wall = start.segments[2]
-    found = BestCut()(start.telling({wall: True}), watched(view).problem, seeded(0)).best.scene
+    found = BestCut()(start.telling({wall: True}), watched(search_input).problem, seeded(0)).best.scene
     background = {s for s, b in zip(found.segmentation.segments, found.background.tolist(), strict=True) if b}
     assert background == {start.segments[0], wall}
     assert dict(found.segmentation.background) == dict.fromkeys(background, True)

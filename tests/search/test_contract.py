@@ -10,14 +10,14 @@ import pytest
 import torch
 
 from blockstab.proposals.watershed import Watershed
-from blockstab.search import Found, Search, rank
+from blockstab.search import Search, SearchResult, rank
 from blockstab.search.best_cut import BestCut
 from blockstab.search.greedy import Greedy
 from blockstab.search.moves.every import EVERY
 from blockstab.search.moves.merge import Merge
 from blockstab.search.moves.split import Split
 from blockstab.search.rsamp import RSamp
-from blockstab.search.stay import Stay
+from blockstab.search.start import Start
 from blockstab.search.truth import Truth
 from tests.search.watched import Watched, blocks_view, seeded, watched
 from tests.synthetic import over_split, photograph, view_of
@@ -26,13 +26,13 @@ from tests.worlds import Block
 
 PAPER = RSamp((Split(), Merge()), 5, 5, 3, 5, (Greedy(),))
 SEARCHES: dict[str, Search] = {
-    "stay": Stay(),
+    "stay": Start(),
     "greedy": Greedy(),
     "best cut": BestCut(),
     "truth": Truth(),
     "rsamp": RSamp(rounds=2),
     "rsamp of the paper": PAPER,
-    "rsamp alone": replace(PAPER, first=(Stay(),)),
+    "rsamp alone": replace(PAPER, first=(Start(),)),
 }
 everyone = pytest.mark.parametrize("name", SEARCHES)
 # The others end at what they are made for, whatever its energy.
@@ -41,7 +41,7 @@ lowering = pytest.mark.parametrize("name", [name for name in SEARCHES if name no
 keeping_background = pytest.mark.parametrize("name", [name for name in SEARCHES if name != "rsamp"])
 
 
-def outcome(name: str, seed: int = 0) -> tuple[Found, Watched]:
+def outcome(name: str, seed: int = 0) -> tuple[SearchResult, Watched]:
     """Search on the blocks, from a start with every block in two pieces."""
     account = watched(blocks_view())
     return SEARCHES[name](over_split(blocks_view()), account.problem, seeded(seed)), account
@@ -106,10 +106,10 @@ def test_the_result_is_no_worse_than_the_start(name):
 
 @everyone
 def test_where_nothing_can_move_the_start_is_the_result(name):
-    view = view_of(photograph(Block(0, 0, 0.01, 0.01, d=0.01)), Watershed(least_px=1000))
-    assert len(view.start) == 1  # the table alone
-    found = SEARCHES[name](view.start, watched(view).problem, seeded(0))
-    assert found.best.scene.segmentation == view.start
+    search_input = view_of(photograph(Block(0, 0, 0.01, 0.01, d=0.01)), Watershed(least_px=1000))
+    assert len(search_input.start) == 1  # the table alone
+    found = SEARCHES[name](search_input.start, watched(search_input).problem, seeded(0))
+    assert found.best.scene.segmentation == search_input.start
     assert found.best.scene.background.tolist() == [True]
 
 

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from blockstab.features.columns import LONE_COLUMNS
-from blockstab.pool import Regions
+from blockstab.proposals.pool import Regions
 from blockstab.proposals.watershed import Watershed
 from blockstab.search.problem import MIN_SEGMENT_PX, Problem
 from blockstab.segments.hierarchy import nodes, split
@@ -55,7 +55,7 @@ def test_pixels_of_a_segment_are_those_of_the_image():
 def test_a_segment_falls_in_two_as_the_hierarchy_says_unless_a_part_is_too_small():
     now = problem()
     for segment in nodes(now.hierarchy):
-        parts = split(segment, now.view.atoms, now.hierarchy)
+        parts = split(segment, now.search_input.atoms, now.hierarchy)
         small = parts is None or min(map(now.pixels, parts)) < MIN_SEGMENT_PX
         assert now.split(segment) == (None if small else parts)
     assert {now.split(s) is None for s in nodes(now.hierarchy) if len(s) > 1} == {True, False}

@@ -13,7 +13,7 @@ from blockstab.search.greedy import Greedy
 from blockstab.search.moves.merge import Merge
 from blockstab.search.moves.split import Split
 from blockstab.search.rsamp import RSamp
-from blockstab.search.stay import Stay
+from blockstab.search.start import Start
 from tests.docs.pages import composed
 from tests.search.watched import blocks_view, seeded, watched
 from tests.synthetic import over_split
@@ -21,7 +21,7 @@ from tests.synthetic import over_split
 PAPER = RSamp(
     (Split(), Merge()), moves_per_kind=5, pool_size=5, rounds=15, patience=5, at_once=1, first=(Greedy(),)
 )
-FROM_START = replace(PAPER, first=(Stay(),))
+FROM_START = replace(PAPER, first=(Start(),))
 
 
 def configured(name: str) -> RSamp:
@@ -39,10 +39,10 @@ def test_the_configuration_of_the_default_search_says_what_the_class_does():
 
 
 def test_it_starts_where_the_searches_that_go_first_end():
-    view = blocks_view()
-    start = over_split(view)
-    first = Greedy()(start, watched(view).problem, seeded(0))
-    found = replace(PAPER, rounds=2)(start, watched(view).problem, seeded(0))
+    search_input = blocks_view()
+    start = over_split(search_input)
+    first = Greedy()(start, watched(search_input).problem, seeded(0))
+    found = replace(PAPER, rounds=2)(start, watched(search_input).problem, seeded(0))
     assert found.bests[0] == first.bests[-1]
     assert found.trace[0] == first.trace[-1] >= rank(found.best)
 
@@ -50,8 +50,8 @@ def test_it_starts_where_the_searches_that_go_first_end():
 def test_the_best_of_several_first_searches_is_the_first_best():
     start = over_split(blocks_view())
     problem = watched(blocks_view()).problem
-    stay, greedy = (rank(search(start, problem, seeded(0)).best) for search in (Stay(), Greedy()))
-    found = RSamp(rounds=0, first=(Stay(), Greedy()))(start, problem, seeded(0))
+    stay, greedy = (rank(search(start, problem, seeded(0)).best) for search in (Start(), Greedy()))
+    found = RSamp(rounds=0, first=(Start(), Greedy()))(start, problem, seeded(0))
     assert greedy < stay
     assert found.trace == (greedy,)
 
@@ -101,7 +101,7 @@ def test_boxes_are_fitted_once_and_those_of_a_round_in_one_batch():
     segments = {s for call in account.interpreted for one in call for s in one.segments}
     assert sum(account.fitter.free) == len(segments)
     assert len(account.fitter.free) <= len(account.interpreted)
-    assert sum(account.fitter.free) + sum(account.fitter.refits) == len(account.interpreter.catalogue)
+    assert sum(account.fitter.free) + sum(account.fitter.refits) == len(account.builder.box_cache)
 
 
 def test_a_move_costs_one_or_two_new_boxes():
@@ -128,7 +128,7 @@ def test_without_rounds_the_result_is_the_first_particle():
 def test_a_search_and_a_move_of_the_users_own_can_take_part():
     class Nowhere:
         def __call__(self, start, problem, generator):
-            return Stay()(over_split(blocks_view()), problem, generator)
+            return Start()(over_split(blocks_view()), problem, generator)
 
     class Home:
         def __call__(self, rating, problem, count, generator):

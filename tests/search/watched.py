@@ -12,13 +12,13 @@ from torch import Tensor
 
 from blockstab.boxes.fitting import Fits, MinimumSurface
 from blockstab.energy.overlap import ExpectedOverlap
-from blockstab.interpretation import Interpreter
-from blockstab.pool import Pool
-from blockstab.reasoning import Rules
-from blockstab.scene import Scene
+from blockstab.proposals.pool import Pool
+from blockstab.proposals.search_input import SearchInput
+from blockstab.scene.builder import SceneBuilder
+from blockstab.scene.inference import Rules
+from blockstab.scene.types import Scene
 from blockstab.search.problem import EnergyFactory, Potentials, Problem, problem_of
 from blockstab.segments.segmentation import Segmentation
-from blockstab.view import View
 from tests.synthetic import BLOCKS, photograph, view_of
 from tests.toy_potentials import toy_potentials
 
@@ -47,35 +47,35 @@ class Watched:
     """A problem; what was interpreted, call by call; and the fitter."""
 
     problem: Problem
-    interpreter: Interpreter
+    builder: SceneBuilder
     fitter: CountingFitter
     interpreted: list[list[Segmentation]]
 
 
 @cache
-def blocks_view() -> View:
+def blocks_view() -> SearchInput:
     """The blocks on the table, their true labels as the start."""
     return view_of(photograph(*BLOCKS))
 
 
-def in_scene(potentials: Potentials, view: View) -> ExpectedOverlap:
+def in_scene(potentials: Potentials, search_input: SearchInput) -> ExpectedOverlap:
     """The expected overlap by segments in their scene alone, and without caution."""
     return ExpectedOverlap(potentials.unary, potentials.pairwise, potentials.weight)
 
 
-def watched(view: View, energy: EnergyFactory = in_scene, pool: Pool | None = None) -> Watched:
+def watched(search_input: SearchInput, energy: EnergyFactory = in_scene, pool: Pool | None = None) -> Watched:
     """A fresh problem on the view."""
     fitter = CountingFitter()
-    problem = problem_of(view, Rules(fitter=fitter), toy_potentials(), energy, pool)
-    inner, interpreted = problem.interpret, list[list[Segmentation]]()
+    problem = problem_of(search_input, Rules(fitter=fitter), toy_potentials(), energy, pool)
+    inner, interpreted = problem.build, list[list[Segmentation]]()
 
-    def interpret(segmentations: Sequence[Segmentation]) -> list[Scene]:
+    def build(segmentations: Sequence[Segmentation]) -> list[Scene]:
         interpreted.append(list(segmentations))
         return inner(segmentations)
 
-    interpret.in_box = inner.in_box  # type: ignore[attr-defined]
-    seen = cast(Interpreter, interpret)
-    return Watched(replace(problem, interpret=seen), inner, fitter, interpreted)
+    build.in_box = inner.in_box  # type: ignore[attr-defined]
+    seen = cast(SceneBuilder, build)
+    return Watched(replace(problem, build=seen), inner, fitter, interpreted)
 
 
 def seeded(seed: int) -> torch.Generator:

@@ -12,13 +12,13 @@ from torch import Tensor
 
 from blockstab.boundaries.combination import FixedWeights
 from blockstab.boundaries.cues import cues_of
-from blockstab.percept import estimated_ground, perceive
+from blockstab.observation import estimated_ground, observe
 from blockstab.rgbd.frame import Frame, read_scene
 from blockstab.segments.atoms import MIN_ATOM_PX, absorb_small, join, make_atoms, over_segment
 from blockstab.segments.flooding import basins
 from blockstab.segments.gaps import fill_gaps, without_gaps
 from blockstab.segments.pieces import connected_pieces
-from blockstab.segments.planes import find_planes
+from blockstab.segments.plane_map import find_planes
 from tests.block_scene import STACK, picture
 from tests.tolerance import EXACT
 
@@ -157,7 +157,7 @@ def test_the_top_and_the_front_of_a_block_share_no_atom() -> None:
 
 def test_real_pictures_have_a_few_hundred_atoms(real_scenes: Path) -> None:
     frame = read_scene(real_scenes / "osd" / "learn20")
-    label = perceive(frame, estimated_ground).fine
+    label = observe(frame, estimated_ground).fine
     assert_atoms(label)
     assert 150 <= int(label.max()) <= 400
 

@@ -7,8 +7,8 @@ import math
 import torch
 from torch import Tensor
 
-from blockstab.simulation.physics import settle
-from blockstab.simulation.solids import Pile, Solid, box, concatenate
+from blockstab.simulation.physics.settling import settle
+from blockstab.simulation.physics.solids import Pile, Solid, box, concatenate
 
 
 def put(solid: Solid, x: float, y: float, z: float = 0.0, lean_deg: float = 0.0) -> Pile:

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import torch
 
 from blockstab.rgbd.frame import Camera
-from blockstab.simulation.lighting import Lamps
-from blockstab.simulation.raycasting import RayCaster, Surfaces
-from blockstab.simulation.room import furnish
+from blockstab.simulation.appearance.lighting import Lamps
+from blockstab.simulation.appearance.raycasting import RayCaster, Surfaces
+from blockstab.simulation.appearance.room import furnish
+from blockstab.simulation.appearance.viewpoint import Setting, Viewpoint, draw_view
+from blockstab.simulation.physics.solids import Part, Pile, Solid, concatenate
 from blockstab.simulation.sensors import Kinect
-from blockstab.simulation.solids import Part, Pile, Solid, concatenate
-from blockstab.simulation.viewpoint import Setting, View, draw_view
 
 # A Kinect with a quarter of its pixels: pictures are as wide as they are, and made sooner.
 KINECT = Kinect(Camera(fx=262.5, fy=262.5, cx=159.5, cy=119.5), height_px=240, width_px=320)
@@ -47,7 +47,7 @@ class Scenery(NamedTuple):
 
     pile: Pile
     room: Pile
-    view: View
+    view: Viewpoint
     caster: RayCaster
     seen: Surfaces
 

@@ -1,4 +1,4 @@
-"""Random piles of boxes: in exact contact, turned, nearly in contact, and any others."""
+"""Random islands of boxes: in exact contact, turned, nearly in contact, and any others."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ALONG_GROUND = torch.tensor([1.0, 0.0, 1.0], dtype=torch.float64)
 
 
 class Table(NamedTuple):
-    """Several piles without a pair across them; the arguments of `candidate_supports` but for the rules."""
+    """Several islands without a pair across them; the arguments of `candidate_supports` but for the rules."""
 
     boxes: Boxes
     pairs: tuple[Tensor, Tensor]
@@ -28,10 +28,10 @@ class Table(NamedTuple):
 
 
 def table(kind: str, amount: int, largest: int, generator: torch.Generator) -> Table:
-    """So many piles of 2 to `largest` boxes; some boxes are background, and some of those the ground."""
+    """So many islands of 2 to `largest` boxes; some boxes are background, and some of those the ground."""
     parts, first, second, n = [], [], [], 0
     for _ in range(amount):
-        parts.append(pile(kind, int(torch.randint(2, largest + 1, (1,), generator=generator)), generator))
+        parts.append(island(kind, int(torch.randint(2, largest + 1, (1,), generator=generator)), generator))
         a, b = torch.triu_indices(len(parts[-1]), len(parts[-1]), offset=1)
         first.append(a + n)
         second.append(b + n)
@@ -42,7 +42,7 @@ def table(kind: str, amount: int, largest: int, generator: torch.Generator) -> T
     return Table(boxes, pairs, separation(boxes, *pairs), height, role > 0.1, role < 0.02)
 
 
-def pile(kind: str, n: int, generator: torch.Generator) -> Boxes:
+def island(kind: str, n: int, generator: torch.Generator) -> Boxes:
     """N boxes on the ground and on each other."""
 
     def uniform(*shape: int) -> Tensor:

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.convex import Polygons, area
+from blockstab.geometry.convex_hulls import Polygons, area
 from blockstab.stability.area import footprints, lowest_corners, on_ground, surface_areas, touching_edges
 from tests import worlds
 from tests.seen_boxes import random_turns

@@ -1,4 +1,4 @@
-"""What the machine code says of piles, against the steps that it puts together."""
+"""What the machine code says of islands, against the steps that it puts together."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_machine_code_judges_a_small_world_as_the_steps_do(name):
 @pytest.mark.parametrize("slack_m", [0.0, 0.01, None])
 def test_machine_code_judges_random_piles_as_the_steps_do(kind, slack_m, generator):
     seen = 0
-    while seen < 850:  # ten thousand piles in all
+    while seen < 850:  # ten thousand islands in all
         world = table(kind, 170, 7, generator)
         n = len(world.boxes)
         slack = (

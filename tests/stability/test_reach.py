@@ -10,7 +10,7 @@ from torch import Tensor
 
 from blockstab.boxes.box import Boxes
 from blockstab.rgbd.frame import Camera
-from blockstab.rgbd.sight import Sight
+from blockstab.rgbd.occlusion import Occlusion
 from blockstab.stability.reach import HIDDEN_SHARE, reach_down
 from tests.tolerance import EXACT
 from tests.worlds import Block, build
@@ -186,6 +186,6 @@ def test_a_depth_image_of_a_board_before_a_block_is_enough() -> None:
     level = torch.diag(torch.tensor([1.0, -1.0, -1.0], dtype=torch.float64))
     boxes = placed(FLOATING)
     for seen, moves in ((depth, True), (torch.full_like(depth, 4.0), False)):
-        sight = Sight(seen, camera, level)
-        longer = lowered(boxes, lambda points, sight=sight: sight.hidden(points, 0.02))
+        occlusion = Occlusion(seen, camera, level)
+        longer = lowered(boxes, lambda points, occlusion=occlusion: occlusion.hidden(points, 0.02))
         assert unchanged(boxes, longer) is not moves

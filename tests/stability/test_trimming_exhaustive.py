@@ -1,4 +1,4 @@
-"""The trimmed supports of random piles, against trying every choice of supports by the written rule."""
+"""The trimmed supports of random islands, against trying every choice of supports by the written rule."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import pytest
 import shapely
 import torch
 
-from blockstab.convex import hull
+from blockstab.geometry.convex_hulls import hull
 from blockstab.stability.balance import EDGE_REACH
 from blockstab.stability.support import GROUND, Supports, SupportType
 from blockstab.stability.trimming import trim
-from tests.worlds import Block, Judged, build, judge
+from tests.worlds import Block, StabilityResult, build, judge
 
-TRIED = 4  # supports of either kind that are tried in combination; larger piles are not drawn
+TRIED = 4  # supports of either kind that are tried in combination; larger islands are not drawn
 CLOSE = 1e-8
 
 
@@ -29,7 +29,7 @@ class Held(NamedTuple):
     area: float
 
 
-def pile(generator: torch.Generator) -> list[Block]:
+def island(generator: torch.Generator) -> list[Block]:
     """3 to 6 blocks: stacked, bridged, side by side or leaning, now and then before a wall."""
 
     def choose(*options: float) -> float:
@@ -57,10 +57,10 @@ def pile(generator: torch.Generator) -> list[Block]:
     return blocks
 
 
-def piles(number: int) -> Iterator[Judged]:
+def islands(number: int) -> Iterator[StabilityResult]:
     generator = torch.Generator().manual_seed(20)
     while number:
-        world = judge(*pile(generator))
+        world = judge(*island(generator))
         side = world.candidates.type == SupportType.SIDE
         if all(
             int(world.candidates.supported[kind].bincount(minlength=1).max()) <= TRIED
@@ -120,7 +120,7 @@ def from_the_top_down(supports: Supports, n: int) -> list[int]:
     return order
 
 
-def broken_rules(world: Judged, slack: torch.Tensor) -> list[tuple[int, set[int]]]:
+def broken_rules(world: StabilityResult, slack: torch.Tensor) -> list[tuple[int, set[int]]]:
     """Boxes whose kept supports are not those that the rule allows, and what was kept."""
     boxes, candidates = world.boxes, world.candidates
     n = len(boxes)
@@ -158,7 +158,7 @@ def broken_rules(world: Judged, slack: torch.Tensor) -> list[tuple[int, set[int]
 
 @pytest.mark.parametrize("slack_m", [0.0, 0.01])
 def test_the_kept_supports_are_those_that_trying_all_of_them_finds(slack_m: float) -> None:
-    for world in piles(100):
+    for world in islands(100):
         slack = torch.full((len(world.boxes),), slack_m, dtype=torch.float64)
         assert broken_rules(world, slack) == []
 
@@ -176,7 +176,7 @@ def test_of_three_side_supports_that_would_hold_a_box_no_more_than_two_are_taken
 
 def test_the_piles_are_no_trivial_ones() -> None:
     kinds, dropped, hopeless = set(), 0, 0
-    for world in piles(100):
+    for world in islands(100):
         kinds |= {
             (b == GROUND, t)
             for b, t in zip(world.supports.supporter.tolist(), world.supports.type.tolist(), strict=True)

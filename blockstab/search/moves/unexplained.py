@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from blockstab.energy import Rating
-from blockstab.interpretation import AtomsInBox
+from blockstab.scene.builder import AtomsInBox
 from blockstab.search.moves.drawing import Change, most_promising
 from blockstab.search.problem import MIN_SEGMENT_PX, Problem
 from blockstab.segments.segmentation import Segmentation
@@ -41,7 +41,7 @@ class Unexplained:
         for i, (whole, apart) in enumerate(zip(now.segments, scene.background.tolist(), strict=True)):
             if apart or len(whole) < 2:
                 continue
-            seen = problem.interpret.in_box(whole)
+            seen = problem.build.in_box(whole)
             reach = (self.steps * seen.step).clamp(min=self.least_m)
             for off in (seen.far > reach, *_beyond_inner_faces(seen, reach)):
                 part = frozenset(

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from blockstab.planar import ROUNDING, SLACK
+from blockstab.geometry.polygons import ROUNDING, SLACK
 
 
 @njit(error_model="numpy")

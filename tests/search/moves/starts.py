@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from blockstab.energy import Rating
-from blockstab.pool import Regions
+from blockstab.proposals.pool import Regions
 from blockstab.proposals.watershed import Watershed
 from blockstab.search.problem import Problem
 from blockstab.segments.segmentation import Segmentation

@@ -28,7 +28,7 @@ def test_out_of_told_background_comes_an_object_and_the_rest_stays_background():
     assert inside
     for mask in inside:
         (result,) = (one for one in results if one.background.get(mask) is False)
-        (scene,) = problem().interpret([result])
+        (scene,) = problem().build([result])
         assert result.background[table - mask] is True
         assert scene.background.tolist() == [s == table - mask for s in result.segments]
 

@@ -126,7 +126,7 @@ def test_a_move_that_finds_nothing_to_do_proposes_nothing(move):
 
 def rated_background(segmentation: Segmentation) -> tuple[bool, ...]:
     """Which segments count as background."""
-    return tuple(problem().interpret([segmentation])[0].background.tolist())
+    return tuple(problem().build([segmentation])[0].background.tolist())
 
 
 def tensors(value: object) -> list[Tensor]:

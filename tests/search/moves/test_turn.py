@@ -14,7 +14,7 @@ def test_one_segment_changes_sides_and_nothing_else_does():
         scene = rating(start).scene
         results = Turn()(rating(start), problem(), 300, seeded(0))
         assert len(results) == len(scene)  # every segment, each once
-        for result, now in zip(results, problem().interpret(results), strict=True):
+        for result, now in zip(results, problem().build(results), strict=True):
             assert result.segments == scene.segmentation.segments
             assert int((now.background != scene.background).sum()) == 1
 

@@ -26,7 +26,7 @@ ALL = 10**6  # more than there are
 def taken_for_one(name: str, turn_deg: float = 25.0) -> tuple[Problem, Rating]:
     """Two blocks that the segmentation takes for one object."""
     problem = watched(view_of(photograph(*PAIRS[name], turn_deg=turn_deg))).problem
-    merged = problem.view.start.merge(1, 2)
+    merged = problem.search_input.start.merge(1, 2)
     return problem, problem.rate([merged])[0]
 
 
@@ -35,13 +35,13 @@ def taken_for_one(name: str, turn_deg: float = 25.0) -> tuple[Problem, Rating]:
 def test_a_box_that_stands_before_or_on_another_is_separated_from_it(name, turn_deg):
     problem, rating = taken_for_one(name, turn_deg)
     results = Unexplained()(rating, problem, ALL, seeded(0))
-    assert problem.view.start.segments in {result.segments for result in results}
+    assert problem.search_input.start.segments in {result.segments for result in results}
 
 
 @two_blocks
 def test_of_one_block_alone_nothing_is_split_off(name):
     problem, _ = taken_for_one(name)
-    (truth,) = problem.rate([problem.view.start])
+    (truth,) = problem.rate([problem.search_input.start])
     assert Unexplained()(truth, problem, ALL, seeded(0)) == []
 
 
@@ -49,7 +49,7 @@ def test_of_one_block_alone_nothing_is_split_off(name):
 def test_what_lies_off_the_faces_is_one_of_the_parts(name):
     problem, rating = taken_for_one(name)
     whole, box = rating.scene.segmentation.segments[1], rating.scene.boxes[torch.tensor([1])]
-    cloud, label = problem.view.percept.cloud, problem.view.atoms.label
+    cloud, label = problem.search_input.observation.cloud, problem.search_input.atoms.label
     off = set()
     for atom in whole:
         points = cloud.points[(label == atom + 1) & cloud.valid]

@@ -8,7 +8,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from blockstab import convex
+from blockstab.geometry import convex_hulls as convex
 from blockstab.stability.balance import margins
 from blockstab.stability.compiled.measures import area, centroid, margin
 from blockstab.stability.compiled.polygons import clip, hull

@@ -1,0 +1,127 @@
+"""One parse as a page that opens from disk: pictures, boxes to turn, supports, numbers."""
+
+from __future__ import annotations
+
+from html import escape
+from importlib.resources import files
+from string import Template
+from typing import TYPE_CHECKING
+
+from blockstab.output.figures.boxes import boxes_figure
+from blockstab.output.figures.images import depth_figure, energy_figure, segments_figure
+from blockstab.output.figures.marks import RED, margin_mm, segment_colors, state
+from blockstab.output.figures.supports import support_figure
+from blockstab.parsing.parsed import Parsed
+from blockstab.stability.support import GROUND, SupportType
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+UNSURE = 0.5  # below this confidence of the up direction the page warns
+
+_HEADINGS = ("id", "pixels", "size, cm", "state", "margin, mm", "badness", "supported by", "falls if removed")
+
+
+def report_html(parsed: Parsed) -> str:
+    """The whole page, plotly.js included: it needs no network and no other file."""
+    from plotly.offline import get_plotlyjs
+
+    figures = {
+        "segments": segments_figure(parsed),
+        "depth": depth_figure(parsed),
+        "boxes": boxes_figure(parsed),
+        "support": support_figure(parsed),
+        "energy": energy_figure(parsed),
+    }
+    page = Template(files("blockstab.output").joinpath("report.html").read_text(encoding="utf-8"))
+    return page.substitute(
+        name=escape(parsed.name),
+        red=RED,
+        plotly_js=get_plotlyjs(),
+        summary=escape(_summary(parsed)),
+        notes="".join(f'<p class="unsure">{escape(note)}</p>' for note in _notes(parsed)),
+        table=_table(parsed),
+        footer=escape(_footer(parsed)),
+        **{key: _division(figure, key) for key, figure in figures.items()},
+    )
+
+
+def _division(figure: Figure, key: str) -> str:
+    figure.update_layout(template="plotly_white", font={"size": 12, "color": "#333"})
+    division: str = figure.to_html(
+        full_html=False,
+        include_plotlyjs=False,
+        div_id=f"figure-{key}",
+        config={"displayModeBar": False, "responsive": True, "scrollZoom": key == "boxes"},
+    )
+    return division
+
+
+def _summary(parsed: Parsed) -> str:
+    objects = ~parsed.scene.background
+    unstable = int((objects & ~parsed.scene.balance.stable).sum())
+    count = int(objects.sum())
+    return " · ".join(
+        (
+            f"{count} object{'s' if count != 1 else ''}",
+            f"{unstable} unstable",
+            f"energy {parsed.energy:.3f}",
+            f"{sum(parsed.seconds.values()):.1f} s",
+            f"up known with confidence {parsed.scene.ground.confidence:.2f}",
+        )
+    )
+
+
+def _notes(parsed: Parsed) -> list[str]:
+    notes = []
+    if parsed.scene.ground.confidence < UNSURE:
+        notes.append(
+            "The up direction is unsure: supports and stability below may be wrong. "
+            "Check that the boxes stand upright, or give the direction in meta.json."
+        )
+    if parsed.scene.ground.height is None:
+        notes.append("No ground plane was found: the lowest points are taken to lie on it.")
+    return notes
+
+
+def _footer(parsed: Parsed) -> str:
+    stages = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in parsed.seconds.items())
+    potentials = f"{parsed.potentials_name} (sha256 {parsed.potentials_sha256})"
+    return f"{stages}. Potentials: {potentials}. Seed {parsed.seed}."
+
+
+def _table(parsed: Parsed) -> str:
+    """Objects first, then background, each in the order of the segments."""
+    order = sorted(range(len(parsed.scene)), key=lambda i: bool(parsed.scene.background[i]))
+    rows = "\n".join(_row(parsed, i) for i in order)
+    head = "".join(f"<th{_class(h)}>{h}</th>" for h in _HEADINGS)
+    return f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table>"
+
+
+def _row(parsed: Parsed, i: int) -> str:
+    scene, kind = parsed.scene, state(parsed.scene, i)
+    sides = (200 * scene.boxes.half_extent[i]).sort(descending=True).values.tolist()
+    margin = margin_mm(scene, i)
+    supporters = (scene.supports.supported == i).nonzero().flatten().tolist()
+    cells = (
+        f'<span class="swatch" style="background:{segment_colors(scene)[i]}"></span>{parsed.ids[i]}',
+        str(int(scene.pixels[i])),
+        " x ".join(f"{side:.1f}" for side in sides),
+        kind,
+        "" if margin is None else f"{margin:.1f}",
+        f"{float(parsed.badness[i]):.2f}",
+        ", ".join(_supporter(parsed, e) for e in supporters),
+        ", ".join(str(parsed.ids[j]) for j in parsed.falls.get(i, ())),
+    )
+    columns = zip(_HEADINGS, cells, strict=True)
+    return f'<tr class="{kind}">' + "".join(f"<td{_class(h)}>{cell}</td>" for h, cell in columns) + "</tr>"
+
+
+def _supporter(parsed: Parsed, edge: int) -> str:
+    supports = parsed.scene.supports
+    index, kind = int(supports.supporter[edge]), SupportType(int(supports.type[edge]))
+    return f"{'ground' if index == GROUND else parsed.ids[index]} ({kind.name.lower()})"
+
+
+def _class(heading: str) -> str:
+    return ' class="words"' if heading in ("state", "supported by", "falls if removed") else ""
