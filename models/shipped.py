@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
+from blockstab.output.export import write_whole
 from models.potentials.checkpoint import PRETRAINED
 from models.potentials.record import CheckpointError
 
@@ -45,3 +46,9 @@ def read_learned(
     except _SPOILT as error:
         said = " ".join(str(error).split())
         raise CheckpointError(f"{file} holds no {target} that can be used: {said:.200}") from None
+
+
+def write_learned(path: Path, record: dict[str, Any]) -> None:
+    """Write what `read_learned` reads: a JSON file, whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, (json.dumps(record, indent=1, allow_nan=False) + "\n").encode())

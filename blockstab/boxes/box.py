@@ -43,8 +43,8 @@ class Boxes:
 
     def corners(self) -> Tensor:
         """The corners, (N, 8, 3) metres; corner c has the signs of the bits of c, first axis first."""
-        cues = _SIGNS.to(self.center)
-        return self.center[:, None] + (cues * self.half_extent[:, None]) @ self.rotation.transpose(1, 2)
+        signs = _SIGNS.to(self.center)
+        return self.center[:, None] + (signs * self.half_extent[:, None]) @ self.rotation.transpose(1, 2)
 
     def edges(self) -> Tensor:
         """The twelve edges by their two ends, (N, 12, 2, 3) metres."""

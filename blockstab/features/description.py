@@ -68,9 +68,9 @@ class Describer:
 
     def __call__(self, scenes: Sequence[Scene]) -> list[Described]:
         """Describe scenes; what is new of their segments and boundaries is looked at in one batch."""
-        lone = torch.split(
-            self.lone([s for scene in scenes for s in scene.segmentation.segments]), [len(s) for s in scenes]
-        )
+        segments = [s for scene in scenes for s in scene.segmentation.segments]
+        lone = torch.split(self.lone(segments), [len(scene) for scene in scenes])
+        self._things(segments)
         pairs = [pairs_of(scene) for scene in scenes]
         looks = torch.split(self._appearances(list(chain(*pairs))), [len(some) for some in pairs])
         return [
@@ -99,7 +99,7 @@ class Describer:
         return (torch.tensor(things, dtype=torch.float64) / scene.pixels + self._things(segments)) / 2
 
     def _things(self, segments: Sequence[Segment]) -> Tensor:
-        """The share of things in each of S segments, judged as a whole, (S,)."""
+        """The share of things in each of S segments, judged as a whole, (S,); what is new is judged in one batch."""
         new = list(dict.fromkeys(s for s in segments if s not in self._share))
         if new:
             share = self._background(self.lone(new)).detach().clamp(0.0, 1.0)

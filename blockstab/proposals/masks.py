@@ -49,7 +49,7 @@ def painted(masks: Iterable[Mask], height: int, width: int) -> Painted:
     """Give every pixel to the smallest of the masks that hold it.
 
     Of masks of one size the surer one gets it, then the earlier one; one without score is the least sure. So a part
-    lies over its whole and every outline stays, whatever the order and the scores: where a mask holds a whole island,
+    lies over its whole and every outline stays, whatever the order and the scores: where a mask holds a whole pile,
     a search can join the parts again, but could not know where to cut.
 
     Args:

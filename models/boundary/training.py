@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from functools import partial
@@ -22,9 +21,8 @@ from blockstab.boundaries.cues import CUES, cues_of
 from blockstab.datasets.sets import SceneSet
 from blockstab.determinism.fingerprint import fingerprint
 from blockstab.evaluation.metrics.borders import borders
-from blockstab.output.export import write_whole
 from models.gathering import kept_tensors, scene_generator
-from models.shipped import read_learned
+from models.shipped import read_learned, write_learned
 
 FORMAT = 1
 MAX_BYTES = 2**20
@@ -120,8 +118,7 @@ def save_boundary(path: Path, weights: LogisticWeights, provenance: dict[str, An
     """Write a JSON file, whole or not at all."""
     named = dict(zip(CUES, weights.weights, strict=True))
     record = {"format": FORMAT, "weights": named, "bias": weights.bias, "provenance": provenance}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, (json.dumps(record, indent=1, allow_nan=False) + "\n").encode())
+    write_learned(path, record)
 
 
 def load_boundary(path: Path | str = "boundary") -> LogisticWeights:

@@ -10,6 +10,7 @@ from scipy.stats import spearmanr
 from sklearn.metrics import average_precision_score, roc_auc_score
 from torch import Tensor
 
+from blockstab.evaluation.scoring.bootstrap import drawn_images, percentiles
 from models.potentials.parsing import ParsingPotentials
 from models.potentials.rows import Examples, Rows
 
@@ -64,13 +65,15 @@ def _row(name: str, potentials: ParsingPotentials, examples: Sequence[Examples],
         "auc_alone": lambda drawn: _of(roc_auc_score, single, alone, drawn),
     }
     everything = list(range(len(examples)))
-    generator = torch.Generator().manual_seed(seed)
-    draws = torch.randint(len(examples), (RESAMPLES, len(examples)), generator=generator).tolist()
+    draws = drawn_images(len(examples), seed, RESAMPLES).tolist()
     return {
         "method": name,
         "potential": potentials.name,
         "scores": {score: of(everything) for score, of in scores.items()},
-        "ci95": {score: _interval([of(drawn) for drawn in draws]) for score, of in scores.items()},
+        "ci95": {
+            score: percentiles(torch.tensor([of(drawn) for drawn in draws], dtype=torch.float64))
+            for score, of in scores.items()
+        },
         "segments": sum(len(rows.target) for rows in unary),
     }
 
@@ -79,8 +82,3 @@ def _of(score: Callable[..., float], judged: list[Tensor], rows: list[Rows], dra
     """A score of telling bad rows from good ones, over some images."""
     bad = torch.cat([rows[k].bad for k in drawn])
     return float(score(bad.numpy(), torch.cat([judged[k] for k in drawn]).numpy()))
-
-
-def _interval(values: list[float]) -> list[float]:
-    found = torch.tensor(values, dtype=torch.float64)
-    return [float(found.quantile(q)) for q in (0.025, 0.975)]

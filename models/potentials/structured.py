@@ -15,7 +15,7 @@ from blockstab.energy.overlap import Parts, TwoJudges, expected_loss
 from models.potentials.heads import Potential
 from models.potentials.parsing import ParsingPotentials
 from models.potentials.rows import States
-from models.potentials.training import quiet_lightning
+from models.potentials.training import quiet_lightning, quiet_trainer
 
 EPOCHS = 4
 LEAST_WEIGHT = 0.01  # of boundaries, to learn on from
@@ -112,16 +112,8 @@ def fit_structured(
     fit = StructuredFit(unary, pairwise, columns, max(weight, LEAST_WEIGHT))
     order = torch.randperm(len(states), generator=torch.Generator().manual_seed(seed))
     with quiet_lightning(), one_thread():
-        trainer = pl.Trainer(
-            accelerator="cpu",
-            max_epochs=EPOCHS,
-            logger=False,
-            enable_checkpointing=False,
-            enable_progress_bar=False,
-            enable_model_summary=False,
-        )
         rows = [states[k] for k in order.tolist()]
-        trainer.fit(fit, DataLoader(rows, batch_size=None))  # type: ignore[arg-type]
+        quiet_trainer(EPOCHS).fit(fit, DataLoader(rows, batch_size=None))  # type: ignore[arg-type]
     for potential in (unary, pairwise):
         potential.requires_grad_(False)
     return float(fit.weight.detach())

@@ -87,18 +87,23 @@ def train_potential(
         potential.head = grown
         return potential
     with quiet_lightning(), one_thread():
-        trainer = pl.Trainer(
-            accelerator="cpu",
-            max_epochs=epochs,
-            logger=False,
-            enable_checkpointing=False,
-            enable_progress_bar=False,
-            enable_model_summary=False,
-            callbacks=[EarlyStopping("objective", min_delta=1e-6, patience=2)],
-        )
+        trainer = quiet_trainer(epochs, EarlyStopping("objective", min_delta=1e-6, patience=2))
         # A list of one batch is all that this loader asks of a data set.
         trainer.fit(PotentialFit(potential, c), DataLoader([rows], batch_size=None))  # type: ignore[arg-type]
     return potential
+
+
+def quiet_trainer(epochs: int, *callbacks: pl.Callback) -> pl.Trainer:
+    """A trainer on this processor that writes nothing, neither files nor lines."""
+    return pl.Trainer(
+        accelerator="cpu",
+        max_epochs=epochs,
+        logger=False,
+        enable_checkpointing=False,
+        enable_progress_bar=False,
+        enable_model_summary=False,
+        callbacks=list(callbacks),
+    )
 
 
 @contextmanager

@@ -12,10 +12,9 @@ import torch
 from torch import Tensor
 
 from blockstab.features.appearance.pair_columns import APPEARANCE_COLUMNS, Variant
-from blockstab.output.export import write_whole
 from blockstab.proposals.silberman import Silberman
 from models.potentials.trees import booster
-from models.shipped import read_learned
+from models.shipped import read_learned, write_learned
 
 FORMAT = 1
 MAX_BYTES = 64 * 2**20
@@ -86,8 +85,7 @@ def save_stages(path: Path, merging: StagedMerging) -> None:
         "stages": [{"threshold": s.threshold, "trees": s.trees} for s in merging.stages],
         "provenance": merging.provenance,
     }
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, (json.dumps(record, indent=1, allow_nan=False) + "\n").encode())
+    write_learned(path, record)
 
 
 def load_stages(path: Path | str) -> StagedMerging:

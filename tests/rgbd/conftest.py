@@ -46,7 +46,7 @@ def scene(tmp_path: Path) -> SceneFolder:
 
 
 @dataclass(frozen=True)
-class SearchInput:
+class View:
     """A frame of planes of which all is known.
 
     Args:
@@ -61,7 +61,7 @@ class SearchInput:
 
 
 @pytest.fixture
-def look() -> Callable[..., SearchInput]:
+def look() -> Callable[..., View]:
     return _look
 
 
@@ -71,7 +71,7 @@ def _look(
     roll_deg: float = 0.0,
     noise: float = 0.0,
     seed: int = 0,
-) -> SearchInput:
+) -> View:
     """See half spaces with a camera of 320 x 240 pixels.
 
     Args:
@@ -100,4 +100,4 @@ def _look(
     depth = torch.where(hit, 1.0 / noisy, 0.0)
     color = torch.zeros(240, 320, 3, dtype=torch.uint8)
     up = rotation @ torch.tensor([0.0, -1.0, 0.0], dtype=torch.float64)
-    return SearchInput(Frame("planes", color, depth, camera), up, planes[seen] * hit[..., None])
+    return View(Frame("planes", color, depth, camera), up, planes[seen] * hit[..., None])

@@ -42,39 +42,39 @@ def test_convention_camera_frame():
 
 @pytest.mark.parametrize("normal", [(0.0, 0.0, -1.0), (0.0, -1.0, -1.0), (0.5, 0.0, -1.0), TILTED])
 def test_a_plane_has_its_exact_normal_towards_the_camera(look, normal):
-    search_input = look({normal: 1.2})
-    cloud = cloud_from_frame(search_input.frame)
+    view = look({normal: 1.2})
+    cloud = cloud_from_frame(view.frame)
     known = cloud.normals.any(-1)
     assert torch.equal(known, cloud.valid)
-    assert _angle_deg(cloud.normals, search_input.normals)[known].max() < 1e-6
+    assert _angle_deg(cloud.normals, view.normals)[known].max() < 1e-6
     assert ((cloud.normals * cloud.points).sum(-1)[known] < 0).all()
 
 
 def test_a_plane_with_most_pixels_missing_keeps_its_exact_normal(look, generator):
-    search_input = look({TILTED: 1.2})
-    kept = torch.rand(search_input.frame.depth.shape, generator=generator) < 0.4
-    cloud = cloud_from_frame(_frame(search_input.frame.depth * kept))
+    view = look({TILTED: 1.2})
+    kept = torch.rand(view.frame.depth.shape, generator=generator) < 0.4
+    cloud = cloud_from_frame(_frame(view.frame.depth * kept))
     known = cloud.normals.any(-1)
     assert not known[~kept].any()
     assert known[cloud.valid].double().mean() > 0.99
-    assert _angle_deg(cloud.normals, search_input.normals)[known].max() < 1e-6
+    assert _angle_deg(cloud.normals, view.normals)[known].max() < 1e-6
 
 
 @pytest.mark.parametrize("normal", [(0.0, -1.0, -1.0), (0.17, 0.0, -1.0), TILTED])
 def test_a_plane_at_a_metre_seen_by_a_kinect_has_its_normal_within_a_few_degrees(look, normal):
-    search_input = look({normal: 0.7}, noise=KINECT_NOISE)
-    quantised = KINECT_STEP * (1.0 / search_input.frame.depth / KINECT_STEP).round()
-    depth = torch.where(search_input.frame.depth > 0, 1.0 / quantised, 0.0)
+    view = look({normal: 0.7}, noise=KINECT_NOISE)
+    quantised = KINECT_STEP * (1.0 / view.frame.depth / KINECT_STEP).round()
+    depth = torch.where(view.frame.depth > 0, 1.0 / quantised, 0.0)
     cloud = cloud_from_frame(_frame(depth))
-    error = _angle_deg(cloud.normals, search_input.normals)[cloud.normals.any(-1)]
+    error = _angle_deg(cloud.normals, view.normals)[cloud.normals.any(-1)]
     assert error.median() < 3.0
     assert error.quantile(0.95) < 6.0
 
 
 def test_normals_turn_at_a_crease_within_two_pixels(look):
     """Two walls that meet at a right angle, with no jump in depth."""
-    search_input = look({(0.7, 0.0, -0.7): 0.7, (-0.7, 0.0, -0.7): 0.7})
-    error = _angle_deg(cloud_from_frame(search_input.frame).normals, search_input.normals)
+    view = look({(0.7, 0.0, -0.7): 0.7, (-0.7, 0.0, -0.7): 0.7})
+    error = _angle_deg(cloud_from_frame(view.frame).normals, view.normals)
     beside = (torch.arange(320) - 159.5).abs() > 2
     assert error[:, beside].max() < 5.0
     assert error[:, beside].median() < 1e-6

@@ -57,24 +57,24 @@ def test_the_camera_looks_forward_in_the_world_unless_it_looks_along_up(look, do
 
 @pytest.mark.parametrize(("down_deg", "roll_deg"), [(d, 0) for d in range(0, 45, 5)] + [(0, 35), (30, 20)])
 def test_up_in_a_room_corner_is_found_within_a_degree(look, down_deg, roll_deg):
-    search_input = look(CORNER, down_deg, roll_deg, noise=NOISE)
-    ground = estimate_ground(cloud_from_frame(search_input.frame))
-    assert _angle_deg(ground.up_camera, search_input.up) < 0.3
+    view = look(CORNER, down_deg, roll_deg, noise=NOISE)
+    ground = estimate_ground(cloud_from_frame(view.frame))
+    assert _angle_deg(ground.up_camera, view.up) < 0.3
     assert float(torch.linalg.det(ground.world_from_camera)) == pytest.approx(1.0, abs=EXACT)
     assert ground.confidence > 0.6
 
 
 @pytest.mark.parametrize("down_deg", [20, 30, 40])
 def test_the_floor_is_found_within_two_millimetres(look, down_deg):
-    search_input = look(CORNER, down_deg, noise=NOISE)
-    cloud = cloud_from_frame(search_input.frame)
+    view = look(CORNER, down_deg, noise=NOISE)
+    cloud = cloud_from_frame(view.frame)
     assert estimate_ground(cloud).height == pytest.approx(-1.4, abs=2e-3)
-    assert ground_from_up(cloud, search_input.up).height == pytest.approx(-1.4, abs=2e-3)
+    assert ground_from_up(cloud, view.up).height == pytest.approx(-1.4, abs=2e-3)
 
 
 def test_the_ground_plane_of_the_world_holds_the_floor(look):
-    search_input = look(FLOOR, 30)
-    cloud = cloud_from_frame(search_input.frame)
+    view = look(FLOOR, 30)
+    cloud = cloud_from_frame(view.frame)
     ground = estimate_ground(cloud)
     world = cloud.rotated(ground.world_from_camera)
     assert world.points[..., 1][cloud.valid].tolist() == pytest.approx(
@@ -107,26 +107,26 @@ def test_a_wall_alone_shows_no_ground(look):
 
 
 def test_two_walls_show_up_but_no_ground(look):
-    search_input = look(WALLS, noise=NOISE)
-    ground = estimate_ground(cloud_from_frame(search_input.frame))
-    assert _angle_deg(ground.up_camera, search_input.up) < 1.0
+    view = look(WALLS, noise=NOISE)
+    ground = estimate_ground(cloud_from_frame(view.frame))
+    assert _angle_deg(ground.up_camera, view.up) < 1.0
     assert ground.height is None
     assert ground.confidence < 0.1
 
 
 def test_a_ceiling_is_no_ground(look):
-    search_input = look(CEILING, -30, noise=NOISE)
-    ground = estimate_ground(cloud_from_frame(search_input.frame))
-    assert _angle_deg(ground.up_camera, search_input.up) < 1.0
+    view = look(CEILING, -30, noise=NOISE)
+    ground = estimate_ground(cloud_from_frame(view.frame))
+    assert _angle_deg(ground.up_camera, view.up) < 1.0
     assert ground.height is None
     assert ground.confidence < 0.1
 
 
 @pytest.mark.parametrize("down_deg", [50, 60, 70])
 def test_a_table_seen_steeply_is_found_with_little_confidence(look, down_deg):
-    search_input = look(FLOOR, down_deg, noise=NOISE)
-    ground = estimate_ground(cloud_from_frame(search_input.frame))
-    assert _angle_deg(ground.up_camera, search_input.up) < 1.0
+    view = look(FLOOR, down_deg, noise=NOISE)
+    ground = estimate_ground(cloud_from_frame(view.frame))
+    assert _angle_deg(ground.up_camera, view.up) < 1.0
     assert 0.1 < ground.confidence < 0.3
 
 
@@ -152,9 +152,9 @@ def test_the_same_cloud_gives_the_same_bytes(look):
 
 
 def test_a_known_up_is_kept_whatever_its_length(look):
-    search_input = look(CORNER, 30)
-    ground = ground_from_up(cloud_from_frame(search_input.frame), 7.0 * search_input.up)
-    assert ground.up_camera.tolist() == pytest.approx(search_input.up.tolist(), abs=EXACT)
+    view = look(CORNER, 30)
+    ground = ground_from_up(cloud_from_frame(view.frame), 7.0 * view.up)
+    assert ground.up_camera.tolist() == pytest.approx(view.up.tolist(), abs=EXACT)
     assert ground.confidence == 1.0
 
 

@@ -30,7 +30,7 @@ def pooled(parts: Sequence[Score]) -> float | None:
 def interval(parts: Sequence[Score], seed: int) -> list[float] | None:
     """The 95 % bootstrap interval of the pooled mean, over the images in which something was scored."""
     parts = [p for p in parts if p.things]
-    return _interval(_means(parts, _draws(len(parts), seed))) if parts else None
+    return percentiles(_means(parts, drawn_images(len(parts), seed))) if parts else None
 
 
 def step(above: Mapping[str, Score], row: Mapping[str, Score], seed: int) -> Step | None:
@@ -46,17 +46,22 @@ def step(above: Mapping[str, Score], row: Mapping[str, Score], seed: int) -> Ste
     if not both:
         return None
     before, after = [above[scene] for scene in both], [row[scene] for scene in both]
-    draws = _draws(len(both), seed)
+    draws = drawn_images(len(both), seed)
     mean, gone = pooled(after), pooled(before)
     assert mean is not None
     assert gone is not None
-    return Step(mean - gone, _interval(_means(after, draws) - _means(before, draws)))
+    return Step(mean - gone, percentiles(_means(after, draws) - _means(before, draws)))
 
 
-def _draws(images: int, seed: int) -> Tensor:
+def drawn_images(images: int, seed: int, resamples: int = RESAMPLES) -> Tensor:
     """(R, I) images drawn with replacement, a line for each resample."""
     generator = torch.Generator().manual_seed(seed)
-    return torch.randint(0, images, (RESAMPLES, images), generator=generator)
+    return torch.randint(0, images, (resamples, images), generator=generator)
+
+
+def percentiles(means: Tensor) -> list[float]:
+    """The ends of the 95 % interval, from what (R,) resamples give."""
+    return [float(means.quantile(q)) for q in TAILS]
 
 
 def _means(parts: Sequence[Score], draws: Tensor) -> Tensor:
@@ -64,7 +69,3 @@ def _means(parts: Sequence[Score], draws: Tensor) -> Tensor:
     total = torch.tensor([p.total for p in parts], dtype=torch.float64)
     count = torch.tensor([p.things for p in parts], dtype=torch.float64)
     return total[draws].sum(dim=1) / count[draws].sum(dim=1)
-
-
-def _interval(means: Tensor) -> list[float]:
-    return [float(means.quantile(q)) for q in TAILS]

@@ -7,7 +7,7 @@ from torch import Tensor
 from torch.nn.functional import max_pool2d
 
 from blockstab.datasets.truth import Truth
-from blockstab.evaluation.metrics.overlap import contingency
+from blockstab.evaluation.metrics.overlap import intersection_over_union
 from blockstab.evaluation.scoring.prediction import Prediction, Score, object_ids
 from blockstab.rgbd.cloud import cloud_from_frame
 from blockstab.rgbd.frame import Frame
@@ -25,11 +25,9 @@ def flat_found(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
     flat = flat_objects(frame, object_ids(frame, truth))
     if not flat:
         return Score(0.0, 0)
-    table = contingency(frame.label, prediction.label)
-    union = table.true_px[:, None] + table.found_px - table.pixels
-    best = (table.pixels / union).amax(dim=1)
-    scored = torch.isin(table.true_ids, torch.tensor(flat))
-    return Score(float((best[scored] >= _FOUND).sum()), len(flat))
+    share, true_ids = intersection_over_union(frame.label, prediction.label)
+    found = (share[torch.isin(true_ids, torch.tensor(flat))] >= _FOUND).any(dim=1)
+    return Score(float(found.sum()), len(flat))
 
 
 def flat_objects(frame: Frame, objects: tuple[int, ...]) -> list[int]:

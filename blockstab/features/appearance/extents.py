@@ -102,5 +102,5 @@ def footprint_area(points: Tensor, count: Tensor) -> Tensor:
 
 def _facing(mean: Tensor) -> Tensor:
     """(R, 3, 3) so little spread across the line of sight to `mean` that it counts only where there is no other."""
-    occlusion = F.normalize(mean, dim=1)
-    return _FRONTAL * (torch.eye(3, dtype=mean.dtype) - occlusion[:, :, None] * occlusion[:, None, :])
+    sight = F.normalize(mean, dim=1)
+    return _FRONTAL * (torch.eye(3, dtype=mean.dtype) - sight[:, :, None] * sight[:, None, :])

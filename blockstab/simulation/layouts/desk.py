@@ -7,7 +7,8 @@ import math
 import torch
 
 from blockstab.simulation.layouts.draws import chance, choice, twist, uniform, whole
-from blockstab.simulation.layouts.placing import Structure, about, height, shifted, side_by_side, stand
+from blockstab.simulation.layouts.objects import books_on_books
+from blockstab.simulation.layouts.placing import Structure, about, side_by_side, stand
 from blockstab.simulation.layouts.products import draw_product
 from blockstab.simulation.physics.solids import Pile, concatenate
 
@@ -61,11 +62,7 @@ def standing(generator: torch.Generator) -> Pile:
 
 def books(generator: torch.Generator) -> Pile:
     """One to three books, at times with something on them."""
-    parts, on = [], 0.0
-    for _ in range(whole(generator, 1, 3)):
-        book = draw_product(generator, "book")
-        parts.append(stand(book, twist(generator, 0.015), twist(generator, 0.015), on, twist(generator, 0.3)))
-        on += height(book)
+    parts, on = books_on_books(generator, whole(generator, 1, 3), 0.3)
     if chance(generator, 0.4):
         rider = draw_product(generator, choice(generator, ("phone", "cup", "tool", "mouse", "tea")))
         parts.append(
@@ -82,7 +79,7 @@ def laid(generator: torch.Generator) -> Pile:
         tool = draw_product(generator, "tool")
         apart = float(plate.half_extent[0] + tool.half_extent[0]) + uniform(generator, 0.005, 0.03)
         parts.append(stand(tool, side * apart, twist(generator, 0.02)))
-    return shifted(concatenate(parts))
+    return concatenate(parts)
 
 
 STRUCTURES: tuple[Structure, ...] = (

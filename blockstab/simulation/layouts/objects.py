@@ -40,14 +40,22 @@ def arrange_objects(generator: torch.Generator) -> Pile:
 
 def stack_of_books(generator: torch.Generator) -> Pile:
     """Two to four books, each turned a little, at times with something on them."""
-    parts, on = [], 0.0
-    for _ in range(whole(generator, 2, 4)):
-        book = draw_product(generator, "book")
-        parts.append(stand(book, twist(generator, 0.015), twist(generator, 0.015), on, twist(generator, 0.4)))
-        on += height(book)
+    parts, on = books_on_books(generator, whole(generator, 2, 4), 0.4)
     if chance(generator, 0.6):
         parts.append(_rider(generator, on, 0.03))
     return concatenate(parts)
+
+
+def books_on_books(generator: torch.Generator, count: int, turn: float) -> tuple[list[Pile], float]:
+    """So many books, each turned by at most `turn` radians, and how high the last one ends, metres."""
+    parts, on = [], 0.0
+    for _ in range(count):
+        book = draw_product(generator, "book")
+        parts.append(
+            stand(book, twist(generator, 0.015), twist(generator, 0.015), on, twist(generator, turn))
+        )
+        on += height(book)
+    return parts, on
 
 
 def rider_on_box(generator: torch.Generator) -> Pile:

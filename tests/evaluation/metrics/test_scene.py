@@ -39,8 +39,8 @@ def test_axes_have_neither_sign_nor_order(generator):
     rotation, truth = random_rotations(20, generator), random_rotations(20, generator)
     expected = axis_error_deg(rotation, truth)
     for order in permutations(range(3)):
-        for cues in product((-1.0, 1.0), repeat=3):
-            renamed = rotation[..., list(order)] * torch.tensor(cues, dtype=torch.float64)
+        for signs in product((-1.0, 1.0), repeat=3):
+            renamed = rotation[..., list(order)] * torch.tensor(signs, dtype=torch.float64)
             torch.testing.assert_close(axis_error_deg(renamed, truth), expected, rtol=0.0, atol=1e-5)
 
 

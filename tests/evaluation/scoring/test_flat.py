@@ -55,6 +55,10 @@ def test_a_flat_thing_is_found_if_one_segment_has_half_of_it_and_little_else() -
     assert scored(halved) == Score(1.0, 2)
 
 
+def test_where_no_segment_is_found_no_flat_thing_is() -> None:
+    assert scored(torch.zeros_like(LABEL)) == Score(0.0, 2)
+
+
 def test_where_nothing_is_flat_nothing_is_scored() -> None:
     seen = frame({PEN: 0.1, BOX: 0.1, SHEET: 0.1})
     assert flat_found(Prediction({}, LABEL), seen, Truth((TABLE,), (), None, False)) == Score(0.0, 0)
