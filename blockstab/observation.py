@@ -16,8 +16,9 @@ from blockstab.rgbd.cloud import SENSOR_STEP, Cloud, cloud_from_frame
 from blockstab.rgbd.frame import Frame
 from blockstab.rgbd.ground import Ground, estimate_ground, ground_from_up
 from blockstab.segments.atoms import over_segment
-from blockstab.segments.gaps import flood_gaps, wide_gaps
+from blockstab.segments.gaps import flood_gaps
 from blockstab.segments.plane_map import PlaneMap, find_planes
+from blockstab.segments.shadows import shadows
 
 _FIXED = FixedWeights()
 _FLAT = 0.9  # cosine to up, of a normal that belongs to the ground
@@ -101,12 +102,14 @@ def observation_of(
 ) -> Observation:
     """The boundaries and parts of an image whose points, in the world frame, and ground are known.
 
-    Black, shiny and transparent things leave wide gaps in the depth. There colour alone tells where things end, and
-    the parts around a gap grow into it as far as their colour goes on, so that every part has measured pixels.
+    The shadow that a thing casts belongs to what is behind it. Other gaps in the depth are left by black, shiny and
+    transparent things. There colour alone tells where things end, and the parts around a gap grow into it as far as
+    their colour goes on, so that every part has measured pixels.
     """
     cues, planes = cues_of(frame), find_planes(cloud)
-    boundaries, gaps = combination(cues), wide_gaps(cloud.valid)
-    fine = over_segment(boundaries.strength, cloud.valid, planes.label)
+    boundaries, shadow = combination(cues), shadows(cloud.depth, frame.camera.fx)
+    fine = over_segment(boundaries.strength, cloud.valid, planes.label, shadow)
+    gaps = ~cloud.valid & (fine == 0) & (shadow < 0)
     if bool(gaps.any()):
         oriented = torch.where(gaps, pb(cues.values[: len(COLOR_GRADIENTS)]).double(), boundaries.oriented)
         boundaries = BoundaryMap(oriented, oriented.amax(dim=0))

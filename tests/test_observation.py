@@ -67,18 +67,23 @@ def test_the_screen_is_a_whole_segment_of_its_label():
     assert float((covered & (frame.label == 2)).sum() / (frame.label == 2).sum()) > 0.9
 
 
-def test_a_narrow_shadow_is_not_filled():
-    frame = photograph(SCREEN, turn_deg=0.0).frame
+def test_a_shadow_never_goes_to_the_thing_that_casts_it():
+    frame = photograph(Block(0, 0, 0.2, 0.2, d=0.2), turn_deg=0.0, noise=0.0).frame
     assert frame.label is not None
-    columns = torch.arange(frame.depth.shape[1]).expand_as(frame.depth)
-    left = int(columns[frame.label == 2].min())
-    shadow = (columns >= left - 12) & (columns < left)
-    shadow &= (frame.label == 2).any(dim=1, keepdim=True)
-    observation = observe(replace(frame, depth=torch.where(shadow, 0.0, frame.depth)), given_ground)
-    assert float((observation.fine[shadow] > 0).double().mean()) < 0.05
+    thing = frame.label == 2
+    columns = torch.arange(thing.shape[1]).expand_as(thing)
+    left = torch.where(thing, columns, 10**6).amin(dim=1, keepdim=True)
+    shadow = (columns >= left - 6) & (columns < left)
+    shadow &= (
+        torch.arange(len(thing))[:, None] < 70
+    )  # below, at its foot, the thing is as far away as the ground
+    fine = observe(replace(frame, depth=torch.where(shadow, 0.0, frame.depth)), given_ground).fine
+    assert int(shadow.sum()) > 200
+    for row, column in shadow.nonzero().tolist():
+        assert fine[row, column] == fine[row, int(left[row]) - 7] > 0
 
 
-def test_without_wide_gaps_nothing_is_flooded():
+def test_without_gaps_nothing_is_flooded():
     full = photograph(SCREEN, turn_deg=0.0).frame
     observation = observe(full, given_ground)
     assert torch.equal(observation.fine > 0, observation.cloud.valid)

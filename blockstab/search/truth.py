@@ -10,8 +10,9 @@ from torch import Tensor
 
 from blockstab.search import SearchResult
 from blockstab.search.problem import Problem
-from blockstab.segments.gaps import WIDE_PX
 from blockstab.segments.segmentation import Segmentation
+
+NEAR_PX = 12  # pixels so near to labelled ones, as in the shadow of an object, count as these
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,9 @@ def true_segmentation(problem: Problem) -> Segmentation:
 
 
 def _near_labels(label: Tensor) -> Tensor:
-    """(H, W) the labels, and within `WIDE_PX` of them that of the nearest pixel that has one."""
+    """(H, W) the labels, and within `NEAR_PX` of them that of the nearest pixel that has one."""
     if not bool((label > 0).any()):
         return label
     away, (row, column) = distance_transform_edt((label == 0).numpy(), return_indices=True)
     nearest = label[torch.from_numpy(row).long(), torch.from_numpy(column).long()]
-    return torch.where(torch.from_numpy(away) <= WIDE_PX, nearest, 0)
+    return torch.where(torch.from_numpy(away) <= NEAR_PX, nearest, 0)

@@ -13,6 +13,7 @@ from blockstab.segments.contraction import borders_between, smallest_first
 from blockstab.segments.flooding import basins
 from blockstab.segments.gaps import fill_gaps, without_gaps
 from blockstab.segments.pieces import connected_pieces, without_small_pieces
+from blockstab.segments.shadows import cast_on
 
 MIN_ATOM_PX = 25
 
@@ -72,7 +73,9 @@ def make_atoms(label: Tensor, strength: Tensor) -> Atoms:
     return Atoms(label, pixels, pairs // max(count, 1), pairs % max(count, 1), border_px, total / border_px)
 
 
-def over_segment(strength: Tensor, valid: Tensor, plane: Tensor | None = None) -> Tensor:
+def over_segment(
+    strength: Tensor, valid: Tensor, plane: Tensor | None = None, shadow: Tensor | None = None
+) -> Tensor:
     """Cut an image into atoms by flooding its boundary strength, and along its planes.
 
     Args:
@@ -80,6 +83,7 @@ def over_segment(strength: Tensor, valid: Tensor, plane: Tensor | None = None) -
         valid: (H, W) bool, where depth was measured.
         plane: (H, W) int64, which plane a pixel lies on, 0 = none. An atom keeps to one, or to none, but for what is
             smaller than an atom, or so slim that no square of 3 x 3 pixels fits in it: that joins a neighbour.
+        shadow: (H, W) int64, as `shadows` gives it. A pixel in a shadow goes with what the shadow lies on.
 
     Returns:
         (H, W) int64, 0 = none, atoms from 1. Every atom is 4-connected and has at least `MIN_ATOM_PX` pixels.
@@ -88,10 +92,12 @@ def over_segment(strength: Tensor, valid: Tensor, plane: Tensor | None = None) -
     """
     area = without_small_pieces(without_gaps(valid).to(torch.int64), MIN_ATOM_PX) > 0
     parts = basins(strength, area)
-    if plane is not None:
-        # Gaps have no plane of their own, and lie between pixels that do.
-        plane = fill_gaps(torch.where(valid, plane + 1, 0))
-        parts = connected_pieces(torch.where(area, plane * (parts.max() + 1) + parts, 0))
+    plane = torch.zeros_like(parts) if plane is None else plane
+    # Gaps have no plane of their own, and lie between pixels that do.
+    plane = fill_gaps(torch.where(valid, plane + 1, 0))
+    if shadow is not None:
+        parts, plane = cast_on(parts, shadow), cast_on(plane, shadow)
+    parts = connected_pieces(torch.where(area, plane * (parts.max() + 1) + parts, 0))
     atoms = make_atoms(parts, strength)
     # Where two edges run side by side, as that of a basin and that of a plane, what lies between means nothing.
     return absorb_small(replace(atoms, pixels=torch.where(_slim(atoms), 0, atoms.pixels)), MIN_ATOM_PX)

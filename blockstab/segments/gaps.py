@@ -1,17 +1,15 @@
-"""Gaps in masks and label images: small ones are noise of the sensor, wide ones are things that it does not see."""
+"""Gaps in masks and label images: small ones are noise of the sensor, larger ones are things that it does not see."""
 
 from __future__ import annotations
 
 import numpy as np
 import torch
-from scipy.ndimage import distance_transform_edt, maximum_filter, minimum_filter
+from scipy.ndimage import maximum_filter, minimum_filter
 from skimage.segmentation import watershed
 from torch import Tensor
 
 REACH_PX = 3
 """A gap is small where no pixel of it is farther than this from what surrounds it."""
-WIDE_PX = 12
-"""A gap is wide where a disc of this radius fits into it. The shadow beside an object is narrower."""
 
 
 def without_gaps(mask: Tensor, reach_px: int = REACH_PX) -> Tensor:
@@ -30,17 +28,6 @@ def fill_gaps(label: Tensor, reach_px: int = REACH_PX) -> Tensor:
     closed = without_gaps(label > 0, reach_px)
     flooded = watershed(torch.zeros_like(label).numpy(), label.numpy(), mask=closed.numpy(), connectivity=1)
     return torch.from_numpy(flooded).to(torch.int64)
-
-
-def wide_gaps(mask: Tensor, radius_px: int = WIDE_PX) -> Tensor:
-    """(H, W) bool, the parts of the gaps of a mask that discs of `radius_px` cover, as far as they are seen."""
-    gap = ~without_gaps(mask).numpy()
-    if not gap.any() or gap.all():
-        return torch.from_numpy(gap)
-    middle = distance_transform_edt(gap) > radius_px
-    if not middle.any():
-        return torch.zeros_like(mask)
-    return torch.from_numpy(gap & (distance_transform_edt(~middle) <= radius_px))
 
 
 def flood_gaps(label: Tensor, gaps: Tensor, height: Tensor) -> Tensor:

@@ -23,13 +23,11 @@ class Picture:
     """An RGB-D image, and what is really in it.
 
     Args:
-        frame: as the sensor delivers it; a label only where there is depth.
-        surface: (H, W) int64 label id of the surface in the middle of each pixel, 0 where there is none.
+        frame: as the sensor delivers it, with true labels.
         total_pixels: (N,) int64, how many pixels each object would cover if nothing stood in front of it.
     """
 
     frame: Frame
-    surface: Tensor
     total_pixels: Tensor
 
 
@@ -51,8 +49,10 @@ def photograph(
         variety: from 0, plain colours under one light, to 1, the full range of materials and lights.
 
     Convention:
-        A label is that of the surface exactly in the middle of the pixel, and 0 where depth is missing. At
-        edges, where depth frays, a pixel may carry the label of one surface and the depth of another.
+        A label is that of the surface exactly in the middle of the pixel, 0 where there is none. What the sensor
+        does not see, as a black thing or the ground in its shadow, has a label all the same, as it would have from
+        the hand of whoever labels a photograph. At edges, where depth frays, a pixel may carry the label of one
+        surface and the depth of another.
     """
     # Each part draws from its own generator, so that depth does not depend on how colours are drawn.
     colors, noise = (
@@ -66,11 +66,10 @@ def photograph(
     objects = torch.arange(len(pile)) + TABLE + 1
     behind = torch.arange(len(room) - 1) + TABLE + 1 + len(pile)
     ids = torch.cat([torch.tensor([TABLE]), behind, objects])
-    surface = torch.where(seen.solid != NOTHING, ids[seen.solid.clamp(min=0)], 0)
-    label = torch.where(depth > 0, surface, 0)
+    label = torch.where(seen.solid != NOTHING, ids[seen.solid.clamp(min=0)], 0)
     background = (TABLE, *behind.tolist())
     frame = Frame(name, color, depth, view.camera, label, background, view.up_camera())
-    return Picture(frame, surface, _total_pixels(pile, view))
+    return Picture(frame, _total_pixels(pile, view))
 
 
 def _incidence(view: Viewpoint, seen: Surfaces) -> Tensor:
