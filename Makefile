@@ -61,8 +61,8 @@ pretrained: $(STAMP)
 	$(BIN)/python train.py data=mixed potential=svm fit.most_rows=20000 output=models/pretrained/svm jobs=$(JOBS)
 	$(BIN)/python train.py data=mixed potential=svm fit.most_rows=20000 features=paper fit.target=bit \
 		output=models/pretrained/svm_paper jobs=$(JOBS)
-	$(BIN)/python train.py target=boundary data.preset=objects output=models/pretrained/boundary jobs=$(JOBS)
-	$(BIN)/python train.py target=stages data.preset=objects data.count=100 output=models/pretrained/silberman jobs=$(JOBS)
+	$(BIN)/python train.py task=boundary data.preset=objects output=models/pretrained/boundary jobs=$(JOBS)
+	$(BIN)/python train.py task=stages data.preset=objects data.count=100 output=models/pretrained/silberman jobs=$(JOBS)
 
 # First segmentations against each other: on simulated objects, half of which train, and on a folder of scenes in
 # four folds, of which three train. make proposals OSD=path/of/osd
@@ -71,13 +71,13 @@ SIMULATED := data=simulated data.preset=objects data.count=100 data.seed=4000 sp
 FOLDED = data=folder data.root=$(OSD) split=folds split.together=4
 proposals: $(STAMP)
 	@test -n "$(OSD)" || { echo "say where the scenes are: make proposals OSD=path/of/osd"; exit 1; }
-	$(BIN)/python train.py target=stages $(SIMULATED) part=train output=$(PROPOSALS)/simulated jobs=$(JOBS)
-	$(BIN)/python evaluate.py experiment=proposals experiment.stages=$(PROPOSALS)/simulated.json $(SIMULATED) part=test \
+	$(BIN)/python train.py task=stages $(SIMULATED) part=train output=$(PROPOSALS)/simulated jobs=$(JOBS)
+	$(BIN)/python evaluate.py experiment=proposals experiment.methods.silberman.proposals.stages=$(PROPOSALS)/simulated.json $(SIMULATED) part=test \
 		out=$(PROPOSALS)/simulated jobs=$(JOBS)
 	cp $(PROPOSALS)/simulated/results.json docs/results/proposals_objects.json
 	for fold in 0 1 2 3; do \
-		$(BIN)/python train.py target=stages $(FOLDED) part=train$$fold output=$(PROPOSALS)/stages$$fold jobs=$(JOBS) && \
-		$(BIN)/python evaluate.py experiment=proposals experiment.stages=$(PROPOSALS)/stages$$fold.json $(FOLDED) \
+		$(BIN)/python train.py task=stages $(FOLDED) part=train$$fold output=$(PROPOSALS)/stages$$fold jobs=$(JOBS) && \
+		$(BIN)/python evaluate.py experiment=proposals experiment.methods.silberman.proposals.stages=$(PROPOSALS)/stages$$fold.json $(FOLDED) \
 			part=test$$fold out=$(PROPOSALS)/fold$$fold jobs=$(JOBS) || exit 1; \
 	done
 	$(BIN)/python docs/pool.py $(PROPOSALS)/fold?/results.json --out docs/results/proposals_osd.json
@@ -92,8 +92,8 @@ folds: $(STAMP)
 	@test -n "$(OSD)" || { echo "say where the scenes are: make folds OSD=path/of/osd"; exit 1; }
 	for fold in 0 1 2 3; do \
 		$(BIN)/python train.py potential=trees $(FOLDED) part=train$$fold output=$(FOLDS)/trees$$fold jobs=$(JOBS) && \
-		$(BIN)/python evaluate.py experiment=table4 'methods=[Start,Stability,R-Samp]' \
-			experiment.potentials.trees=$(FOLDS)/trees$$fold.json $(FOLDED) part=test$$fold out=$(FOLDS)/fold$$fold \
+		$(BIN)/python evaluate.py experiment=table4 'methods=[start,stability,rsamp]' \
+			potentials=$(FOLDS)/trees$$fold.json $(FOLDED) part=test$$fold out=$(FOLDS)/fold$$fold \
 			jobs=$(JOBS) || exit 1; \
 	done
 	$(BIN)/python docs/pool.py $(FOLDS)/fold?/results.json --out docs/results/table4_osd_folds.json

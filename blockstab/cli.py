@@ -4,29 +4,20 @@ from __future__ import annotations
 
 import math
 import time
-from enum import StrEnum
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from blockstab.boundaries.combination import Combination, FixedWeights
 from blockstab.datasets.folder import IMAGES, META
 from blockstab.determinism.sources import stamp_of_files
-from blockstab.observation import estimated_ground, given_ground
 from blockstab.output.batch import Job, parse_all
-from blockstab.parsing.parser import NamedPotentials, Parser
-from blockstab.proposals import Proposal
-from blockstab.proposals.felzenszwalb import Felzenszwalb
-from blockstab.proposals.files import SCENE, LabelFile, MaskFile
-from blockstab.proposals.plane_pieces import Planes
-from blockstab.proposals.watershed import Watershed
+from blockstab.parsing.parser import Parser
+from blockstab.proposals.files import SCENE
 from blockstab.rgbd.frame import Camera, read_images, read_scene
-from blockstab.search import Search
-from blockstab.search.greedy import Greedy
-from blockstab.search.rsamp import RSamp
-from blockstab.search.start import Start
 
 app = typer.Typer(
     help="Understand RGB-D images as things that stand.",
@@ -36,55 +27,11 @@ app = typer.Typer(
 )
 
 
-class ProposalName(StrEnum):
-    """Values of --proposals."""
-
-    watershed = "watershed"
-    felzenszwalb = "felzenszwalb"
-    planes = "planes"
-    silberman = "silberman"
-    labels = "labels"
-    files = "files"
-
-
-class BoundaryName(StrEnum):
-    """Values of --boundaries."""
-
-    fixed = "fixed"
-    learned = "learned"
-
-
-class SearchName(StrEnum):
-    """Values of --search."""
-
-    rsamp = "rsamp"
-    greedy = "greedy"
-    none = "none"
-
-
-class UpName(StrEnum):
-    """Values of --up."""
-
-    estimate = "estimate"
-    meta = "meta"
-
-
-PROPOSALS: dict[ProposalName, type[Proposal]] = {
-    ProposalName.watershed: Watershed,
-    ProposalName.felzenszwalb: Felzenszwalb,
-    ProposalName.planes: Planes,
-    ProposalName.labels: LabelFile,
-}
-SEARCHES: dict[SearchName, type[Search]] = {
-    SearchName.rsamp: RSamp,
-    SearchName.greedy: Greedy,
-    SearchName.none: Start,
-}
-
-
 @app.command()
 def parse(
-    scenes: Annotated[list[Path] | None, typer.Argument(help="Scene folders.")] = None,
+    scenes: Annotated[
+        list[str] | None, typer.Argument(help="Scene folders; and settings, such as search.rounds=30.")
+    ] = None,
     out: Annotated[Path, typer.Option(help="Where the results go, a folder for each scene.")] = Path("out"),
     color: Annotated[Path | None, typer.Option(help="A colour image, instead of scene folders.")] = None,
     depth: Annotated[Path | None, typer.Option(help="Its depth: 16-bit PNG, millimetres.")] = None,
@@ -92,41 +39,44 @@ def parse(
     fy: Annotated[float, typer.Option(help="Focal length, pixels.")] = math.nan,
     cx: Annotated[float, typer.Option(help="Principal point, pixels.")] = math.nan,
     cy: Annotated[float, typer.Option(help="Principal point, pixels.")] = math.nan,
-    proposals: Annotated[ProposalName, typer.Option(help="First segmentation.")] = ProposalName.watershed,
+    proposals: Annotated[
+        str | None, typer.Option(help="First segmentation: watershed, silberman, labels, files, ...")
+    ] = None,
     masks: Annotated[
         str | None, typer.Option(help="For files: their path, with {scene} for the scene's name.")
     ] = None,
     boundaries: Annotated[
-        BoundaryName, typer.Option(help="How cues of an edge are weighed.")
-    ] = BoundaryName.fixed,
-    search: Annotated[SearchName, typer.Option(help="How it is improved.")] = SearchName.rsamp,
-    potentials: Annotated[str, typer.Option(help="trees, mlp, svm, or a file of your own.")] = "trees",
-    up: Annotated[UpName, typer.Option(help="Where the up direction comes from.")] = UpName.estimate,
+        str | None, typer.Option(help="How cues of an edge are weighed: fixed, learned.")
+    ] = None,
+    search: Annotated[str | None, typer.Option(help="How it is improved: rsamp, greedy, none.")] = None,
+    potentials: Annotated[str | None, typer.Option(help="trees, mlp, svm, or a file of your own.")] = None,
+    up: Annotated[str | None, typer.Option(help="Where the up direction is from: estimate, meta.")] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Images parsed side by side.")] = 1,
-    seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of the search.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Parse anew what is there already.")] = False,
+    config_dir: Annotated[
+        Path | None, typer.Option(help="A folder of your own YAML files, laid out like configs/.")
+    ] = None,
 ) -> None:
-    """Parse RGB-D images: segments, boxes, supports, stability, and a report to look at."""
-    work = [folder_job(folder) for folder in scenes or []]
+    """Parse RGB-D images: segments, boxes, supports, stability, and a report to look at.
+
+    The options are names for what configs/parse.yaml holds; whatever else it holds can be set too, as a setting.
+    """
+    settings = [word for word in scenes or [] if "=" in word and not Path(word).exists()]
+    work = [folder_job(Path(word)) for word in scenes or [] if word not in settings]
     if color is not None or depth is not None:
         work.append(_loose_job(color, depth, Camera(fx, fy, cx, cy)))
     if not work:
         raise typer.BadParameter("give scene folders, or --color and --depth with --fx --fy --cx --cy")
-    try:
-        proposal = _proposal(proposals, masks)
-        if isinstance(proposal, MaskFile):
-            _check_masks(work, proposal)
-        parser = Parser(
-            proposal=proposal,
-            search=SEARCHES[search](),
-            potentials=_potentials(potentials),
-            boundaries=_combination(boundaries),
-            ground_of=estimated_ground if up is UpName.estimate else given_ground,
-            seed=seed,
-        )
+    if (masks is not None) != (proposals == "files"):
+        raise typer.BadParameter("--proposals files and --masks belong together")
+    if masks is not None and len(work) > 1 and SCENE not in masks:
+        raise typer.BadParameter(f"--masks needs {SCENE} in its path, for each scene has masks of its own")
+    groups = {"proposals": proposals, "boundaries": boundaries, "search": search, "ground": up}
+    values = {"proposals.path": masks, "potentials": potentials, "seed": seed}
+    with _one_line():
+        parser = _parser(_given(groups), settings, _given(values), config_dir)
         outcomes = parse_all(work, parser, out, workers=jobs, overwrite=overwrite)
-    except ValueError as error:
-        _stop(str(error))
     failed = sum(outcome.error is not None for outcome in outcomes)
     typer.echo(f"{len(outcomes) - failed} of {len(outcomes)} scenes parsed; reports: {out}/*/report.html")
     if failed:
@@ -150,18 +100,11 @@ def simulate(
 ) -> None:
     """Make scenes by physics and ray casting, with exact truth."""
     begin = time.perf_counter()
-    try:
+    with _one_line():
         if verdicts:
             made = _simulated_verdicts(out, preset, count, seed, jobs)
         else:
             made = _simulated_scenes(out, preset, count, seed, sensor, variety, jobs)
-    except (ValueError, ModuleNotFoundError) as error:
-        _stop(str(error))
-    except OSError as error:
-        _stop(
-            f"{error.filename or out}: {error.strerror or error}; once that is mended, the same command goes on "
-            "where it stopped."
-        )
     typer.echo(f"{made}. {time.perf_counter() - begin:.0f} s")
 
 
@@ -207,35 +150,36 @@ def _stamp_with(files: tuple[Path, ...], camera: Camera) -> str:
     return f"{stamp_of_files(files)} {camera}"
 
 
-def _proposal(name: ProposalName, masks: str | None) -> Proposal:
-    if (masks is not None) != (name is ProposalName.files):
-        raise typer.BadParameter("--proposals files and --masks belong together")
-    if name is ProposalName.silberman:
-        from models.stages.stages import silberman
+def _parser(
+    groups: dict[str, Any], settings: list[str], values: dict[str, Any], config_dir: Path | None
+) -> Parser:
+    # Whatever is learned, and hydra, is loaded by who asks for a parse.
+    from models.configured import ParserMaker, composed
+    from models.entry import mistake
 
-        return silberman()
-    return PROPOSALS[name]() if masks is None else MaskFile(masks)
-
-
-def _check_masks(jobs: list[Job], proposal: MaskFile) -> None:
-    if len(jobs) > 1 and SCENE not in str(proposal.path):
-        raise typer.BadParameter(f"--masks needs {SCENE} in its path, for each scene has masks of its own")
-
-
-def _combination(name: BoundaryName) -> Combination:
-    if name is BoundaryName.fixed:
-        return FixedWeights()
-    from models.boundary.training import load_boundary
-
-    return load_boundary()
+    chosen = [f"{group}={name}" for group, name in groups.items()]
+    try:
+        cfg = composed("parse", [*chosen, *settings], values, config_dir)
+    except Exception as error:
+        said = mistake(error)
+        raise typer.BadParameter(said) if said else error from None
+    return ParserMaker()(cfg)
 
 
-def _potentials(name: str) -> NamedPotentials:
-    from models.potentials.parsing import parsing_potentials
-
-    return parsing_potentials(name)
+def _given(options: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if value is not None}
 
 
-def _stop(message: str) -> None:
-    typer.secho(" ".join(message.split()), fg="red", err=True)
-    raise typer.Exit(1)
+@contextmanager
+def _one_line() -> Iterator[None]:
+    """Turn what a caller got wrong into one line and exit status 1."""
+    try:
+        yield
+    except Exception as error:
+        from models.entry import mistake
+
+        said = mistake(error)
+        if said is None:
+            raise
+        typer.secho(said, fg="red", err=True)
+        raise typer.Exit(1) from None

@@ -1,49 +1,42 @@
-"""The door that train.py and evaluate.py share."""
+"""The door that all programs share."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
-from hydra.errors import InstantiationException
-from hydra.utils import instantiate
-from omegaconf import DictConfig
-
-from models.potentials.examples import ExampleMaker
+from hydra.errors import HydraException, InstantiationException, OverrideParseException
+from omegaconf.errors import OmegaConfBaseException
 
 
-def made(node: DictConfig) -> Any:
-    """What a node of a configuration describes; the lists in it are plain lists of what their items describe."""
-    # In a list of its own, hydra would turn every dataclass back into a configuration.
-    return instantiate(node, _convert_="all")
-
-
-def example_maker(cfg: DictConfig, starts: Iterable[DictConfig] = (), **settings: Any) -> ExampleMaker:
-    """Makes examples as a configuration says.
-
-    Args:
-        starts: proposals beside the configured one.
-        settings: those of `ExampleMaker` that are numbers.
-    """
-    return ExampleMaker(
-        proposals=[made(proposal) for proposal in (cfg.proposals, *starts)],
-        moves=made(cfg.search).moves,
-        boundaries=made(cfg.boundaries),
-        pool=made(cfg.pool),
-        **settings,
-    )
+def mistake(error: BaseException) -> str | None:
+    """What a caller got wrong, or has not installed, in one line; None where the fault is not the caller's."""
+    if isinstance(error, InstantiationException):
+        # What a part of the configuration refuses is its caller's mistake; all else keeps its traceback.
+        named = "Error locating target" in str(error)
+        return _line(str(error)) if named or not error.__cause__ else mistake(error.__cause__)
+    if isinstance(error, OverrideParseException):
+        return f"The setting {error.override!r} cannot be read: {_line(error.message)}."
+    if isinstance(error, OSError) and error.strerror:
+        place = error.filename or "a file"
+        return f"{place}: {error.strerror}; once that is mended, the same command goes on where it stopped."
+    if isinstance(error, (ValueError, ModuleNotFoundError, HydraException, OmegaConfBaseException)):
+        return _line(str(error))
+    return None
 
 
 @contextmanager
 def one_line_errors() -> Iterator[None]:
-    """Turn what a caller got wrong, or has not installed, into one line on standard error and exit status 1."""
+    """Turn mistakes into one line on standard error and exit status 1."""
     try:
         yield
-    except (ValueError, ModuleNotFoundError) as error:
-        raise SystemExit(" ".join(str(error).split())) from None
-    except InstantiationException as error:
-        # What a part of the configuration refuses is its caller's mistake; all else keeps its traceback.
-        if not isinstance(error.__cause__, (ValueError, ModuleNotFoundError)):
+    except Exception as error:
+        said = mistake(error)
+        if said is None:
             raise
-        raise SystemExit(" ".join(str(error.__cause__).split())) from None
+        raise SystemExit(said) from None
+
+
+def _line(text: str) -> str:
+    # Where hydra looked is of no use to who misspelt a name.
+    return " ".join(text.split("Config search path")[0].split())

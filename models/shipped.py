@@ -17,9 +17,9 @@ _SPOILT = (ValueError, TypeError, OverflowError, RecursionError)
 
 
 def read_learned(
-    path: Path | str, target: str, most_bytes: int, make: Callable[[dict[str, Any]], Learned]
+    path: Path | str, task: str, most_bytes: int, make: Callable[[dict[str, Any]], Learned]
 ) -> Learned:
-    """Read what was trained by `train.py target=...`.
+    """Read what was trained by `train.py task=...`.
 
     Args:
         path: of the file; or a name without folder and suffix, of one that comes with this package.
@@ -33,7 +33,7 @@ def read_learned(
     if file.parent == Path() and not file.suffix:
         file = PRETRAINED / f"{file.name}.json"
     if not file.is_file():
-        raise CheckpointError(f"{file} is not there; train it with `python train.py target={target}`.")
+        raise CheckpointError(f"{file} is not there; train it with `python train.py task={task}`.")
     if file.stat().st_size > most_bytes:
         raise CheckpointError(f"{file} must have at most {most_bytes} bytes, but has {file.stat().st_size}.")
     try:
@@ -42,10 +42,10 @@ def read_learned(
             raise ValueError("it must be an object.")
         return make(record)
     except KeyError as error:
-        raise CheckpointError(f"{file} holds no {target} that can be used: it has no {error}.") from None
+        raise CheckpointError(f"{file} holds no {task} that can be used: it has no {error}.") from None
     except _SPOILT as error:
         said = " ".join(str(error).split())
-        raise CheckpointError(f"{file} holds no {target} that can be used: {said:.200}") from None
+        raise CheckpointError(f"{file} holds no {task} that can be used: {said:.200}") from None
 
 
 def write_learned(path: Path, record: dict[str, Any]) -> None:

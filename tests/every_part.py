@@ -41,8 +41,8 @@ from blockstab.scene.inference import Rules
 from blockstab.search.best_cut import BestCut
 from blockstab.search.greedy import Greedy
 from blockstab.search.moves.every import EVERY
+from blockstab.search.none import NoSearch
 from blockstab.search.rsamp import RSamp
-from blockstab.search.start import Start
 from blockstab.search.truth import Truth
 from blockstab.simulation.cached import SimulatedScenes
 from models.boundary.training import load_boundary
@@ -118,8 +118,8 @@ EVERY_PART: dict[str, Callable[[], object]] = {
     "best cut": BestCut,
     "truth": Truth,
     "rsamp": RSamp,
-    "rsamp from the start": lambda: RSamp(first=(Start(),)),
-    "none": Start,
+    "rsamp from the start": lambda: RSamp(first=(NoSearch(),)),
+    "none": NoSearch,
     **{type(move).__name__: type(move) for move in EVERY},
     "expected overlap": lambda: expected_overlap,
     "energy of the paper": lambda: paper_energy,

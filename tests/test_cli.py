@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +21,16 @@ from models.potentials.checkpoint import save_potentials
 from models.potentials.heads import Potential
 from tests.synthetic import BLOCKS, photograph, write_folder
 from tests.toy_potentials import kinds_of, linear, toy_potentials
+
+HALVES = """\
+import torch
+from blockstab.proposals import Proposed
+
+class Halves:
+    def __call__(self, observation):
+        column = torch.arange(observation.fine.shape[1]).expand_as(observation.fine)
+        return Proposed(1 + (column > column.max() // 2).long(), {})
+"""
 
 
 @pytest.fixture(scope="module")
@@ -259,3 +270,40 @@ def test_help_is_there(command):
 
 def test_an_unknown_preset_is_refused_in_one_line(tmp_path):
     assert_stopped(run("simulate", "--preset", "moon", "--out", tmp_path / "out"), "moon")
+
+
+def test_any_key_of_the_configuration_can_be_set_among_the_scenes(scene, potentials, tmp_path):
+    result = run(
+        "parse",
+        scene,
+        "search=greedy",
+        "rules=minimum_surface",
+        f"potentials={potentials}",
+        "--out",
+        tmp_path,
+    )
+    assert result.exit_code == 0
+    assert record(tmp_path / scene.name)["potentials"]["name"] == "mine"
+
+
+def test_a_key_that_is_not_there_is_refused(scene):
+    assert "search.rouns" in refusal(run("parse", scene, "search.rouns=3"))
+    assert "search=[" in refusal(run("parse", scene, "search=["))
+
+
+def test_a_folder_with_an_equals_sign_in_its_name_is_a_scene_all_the_same(scene, potentials, tmp_path):
+    folder = tmp_path / "a=b"
+    shutil.copytree(scene, folder)
+    assert quick(folder, "--potentials", potentials, "--out", tmp_path / "out").exit_code == 0
+    assert (tmp_path / "out" / "a=b" / "scene.json").exists()
+
+
+def test_a_proposal_of_ones_own_is_taken_by_name(scene, potentials, tmp_path, monkeypatch):
+    (tmp_path / "own" / "proposals").mkdir(parents=True)
+    (tmp_path / "own" / "proposals" / "halves.yaml").write_text("_target_: own_halves.Halves\n")
+    (tmp_path / "own_halves.py").write_text(HALVES)
+    monkeypatch.chdir(tmp_path)
+    mine = ["--config-dir", "own", "--proposals", "halves", "--search", "none"]
+    result = run("parse", scene, *mine, "--potentials", potentials, "--out", "out")
+    assert result.exit_code == 0, result.stderr
+    assert len(record(tmp_path / "out" / scene.name)["segments"]) == 2

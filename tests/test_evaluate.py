@@ -21,16 +21,14 @@ from tests.synthetic import BLOCKS, photograph, write_folder
 from tests.tolerance import EXACT
 from tests.toy_potentials import linear, toy_potentials
 
-METHODS = ("Start", "Labels")
+METHODS = {"start": "Start", "labels": "Labels"}  # and what the table calls them
 EXPERIMENT = """\
+defaults:
+  - /method@methods.start: start
+  - /method@methods.labels: support_surface
 name: toy
 scores: [overlap, stable_share]
-stay: {_target_: blockstab.search.start.Start}
-methods:
-  Start: {search: "${experiment.stay}"}
-  Labels:
-    proposal: {_target_: blockstab.proposals.files.LabelFile}
-    search: ${experiment.stay}
+methods: {labels: {name: Labels}}
 """
 
 
@@ -92,7 +90,7 @@ def test_the_same_command_predicts_nothing_again_unless_told_to(place):
 def test_a_run_that_was_stopped_goes_on_to_the_same_result(place):
     first, whole = evaluated(place), results(place)
     labels = {name: (place / "out" / name / "labels.png").read_bytes() for name in first}
-    stopped = f"predictions/{METHODS[1]}/scene1"
+    stopped = "predictions/Labels/scene1"
     shutil.rmtree(place / "out" / stopped)
     (place / "out" / "results.json").unlink()
     assert redone(first, evaluated(place)) == {stopped}
@@ -103,8 +101,8 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_result(place):
 def test_a_changed_setting_of_one_method_predicts_that_one_again(place):
     first = evaluated(place)
     rules = "{_target_:blockstab.scene.inference.Rules,refit_rounds:0}"
-    assert redone(first, evaluated(place, f"+experiment.methods.{METHODS[0]}.rules={rules}")) == {
-        f"predictions/{METHODS[0]}/scene{k}" for k in range(2)
+    assert redone(first, evaluated(place, f"+experiment.methods.start.rules={rules}")) == {
+        f"predictions/Start/scene{k}" for k in range(2)
     }
 
 
@@ -140,13 +138,13 @@ def test_methods_that_ask_for_the_same_share_it(place):
 def test_a_method_may_have_potentials_of_its_own(place):
     toy = toy_potentials()
     save_potentials(place / "other", {kind: getattr(toy, kind) for kind in COLUMNS}, toy.weight, {})
-    evaluated(place, f"+experiment.methods.{METHODS[1]}.potentials={place}/other.json")
+    evaluated(place, f"+experiment.methods.labels.potentials={place}/other.json")
     assert [row["potential"] for row in results(place)["rows"]] == ["mine", "other"]
 
 
 def test_a_misspelt_part_of_a_method_stops_the_run(place):
-    with pytest.raises(ValueError, match="'serach'; a method has scores and any of potentials"):
-        evaluated(place, f"+experiment.methods.{METHODS[1]}.serach=greedy")
+    with pytest.raises(ValueError, match="'serach'; a method has a name, scores and any of proposals"):
+        evaluated(place, "+experiment.methods.labels.serach=greedy")
     assert not (place / "out").exists()
 
 
@@ -164,13 +162,12 @@ def test_a_search_can_be_followed_instead_of_scored(place):
 
 
 def test_so_many_rows_are_made_as_are_named(place):
-    assert set(evaluated(place, f"methods=[{METHODS[1]}]")) == {
-        f"predictions/{METHODS[1]}/scene{k}" for k in range(2)
-    }
+    assert set(evaluated(place, "methods=[labels]")) == {f"predictions/Labels/scene{k}" for k in range(2)}
     record = results(place)
-    assert [row["method"] for row in record["rows"]] == record["methods"] == [METHODS[1]]
-    with pytest.raises(ValueError, match="no method 'Lables'; choose from: Start, Labels"):
-        evaluated(place, "methods=[Lables]")
+    assert [row["method"] for row in record["rows"]] == ["Labels"]
+    assert record["methods"] == ["labels"]
+    with pytest.raises(ValueError, match="no method 'lables'; choose from: start, labels"):
+        evaluated(place, "methods=[lables]")
 
 
 def test_an_experiment_shows_what_is_known_to_be_shown(place):

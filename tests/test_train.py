@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import torch
+from hydra.errors import HydraException
 
 import train
 from blockstab.features.columns import feature_set
@@ -19,6 +20,7 @@ from models.potentials.parsing import parsing_potentials
 from models.potentials.rows import KINDS
 from tests.docs.pages import composed
 from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.tolerance import EXACT
 
 QUICK = [
     "examples.walks=1",
@@ -51,10 +53,13 @@ def place(tmp_path_factory) -> Path:
     return root
 
 
-def trained(root: Path, name: str, *overrides: str) -> Path:
+def training(root: Path, name: str, *overrides: str) -> list[str]:
     folders = [f"data.root={root}/scenes", f"cache={root}/cache", f"splits={root}/splits"]
-    command = ["data=folder", *folders, f"output={root}/{name}", *TREES, *QUICK, *overrides]
-    train.run(composed("train", command))
+    return ["data=folder", *folders, f"output={root}/{name}", *TREES, *QUICK, *overrides]
+
+
+def trained(root: Path, name: str, *overrides: str) -> Path:
+    train.run(composed("train", training(root, name, *overrides)))
     return root / name
 
 
@@ -116,6 +121,16 @@ def test_features_target_and_structured_learning_are_choices(place):
     assert loaded.unary.potential.columns == feature_set("paper").unary
 
 
-def test_a_misspelt_target_is_refused(place):
-    with pytest.raises(ValueError, match="There is no target 'potential'"):
-        trained(place, "none", "target=potential")
+@pytest.mark.parametrize("override", ["task=stages", "task=boundary"])
+def test_a_setting_that_a_task_does_not_know_is_refused(override):
+    with pytest.raises(HydraException, match="potential"):
+        composed("train", [override, "potential=trees"])
+    with pytest.raises(HydraException, match="rounds"):
+        composed("train", [override, "rounds=1"])
+
+
+def test_a_run_tells_how_well_it_ranks_what_it_has_not_seen(place):
+    loss = train.run(composed("train", training(place, "told", "rounds=0")))
+    record = json.loads((place / "told.json").read_text())
+    auc = record["provenance"]["potentials"]["unary"]["held_out_auc"]
+    assert loss == pytest.approx(1.0 - auc, abs=EXACT)

@@ -14,8 +14,8 @@ from blockstab.search.best_cut import BestCut
 from blockstab.search.combining import combined
 from blockstab.search.moves import Move
 from blockstab.search.moves.every import EVERY
+from blockstab.search.none import NoSearch
 from blockstab.search.problem import Problem
-from blockstab.search.start import Start
 from blockstab.segments.segmentation import Segmentation
 
 
@@ -40,7 +40,7 @@ class RSamp:
     rounds: int = 12
     patience: int = 4
     at_once: int = 16
-    first: Sequence[Search] = (Start(), BestCut())
+    first: Sequence[Search] = (NoSearch(), BestCut())
 
     def __call__(self, start: Segmentation, problem: Problem, generator: torch.Generator) -> SearchResult:
         """Search from `start`; every draw comes from `generator`."""

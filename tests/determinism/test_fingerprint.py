@@ -28,14 +28,14 @@ from blockstab.scene.inference import Rules
 from blockstab.search.moves.merge import Merge
 from blockstab.search.moves.split import Split
 from blockstab.search.moves.unexplained import Unexplained
+from blockstab.search.none import NoSearch
 from blockstab.search.rsamp import RSamp
-from blockstab.search.start import Start
 from models.potentials.checkpoint import load_potentials, save_potentials
 from models.stages.stages import load_stages, silberman
 from tests.every_part import Noted, Plain, Sparing, doubled, fingerprints, in_another_process
 from tests.toy_potentials import kinds_of, linear, toy_potentials
 
-PARSER = Parser(LabelFile(), Start(), toy_potentials())
+PARSER = Parser(LabelFile(), NoSearch(), toy_potentials())
 
 
 def test_every_part_has_the_same_fingerprint_in_another_process_and_one_of_its_own():
@@ -100,7 +100,7 @@ def test_another_setting_gives_another_fingerprint(one, other):
 @pytest.mark.parametrize(
     ("one", "other"),
     [
-        (PARSER, Parser(LabelFile(), Start(), toy_potentials())),
+        (PARSER, Parser(LabelFile(), NoSearch(), toy_potentials())),
         (Noted(note="mine"), Noted(note="yours")),
         ({"a", "b", "c"}, {"c", "b", "a"}),
         (torch.arange(6).view(2, 3).T, torch.arange(6).view(2, 3).T.contiguous()),

@@ -15,7 +15,7 @@ import torch
 import typer
 from PIL import Image
 
-from blockstab.cli import ProposalName, SearchName, UpName, app, folder_job
+from blockstab.cli import app, folder_job
 from blockstab.evaluation.scoring import SCORES
 from blockstab.observation import given_ground
 from blockstab.output.batch import parse_all
@@ -25,7 +25,7 @@ from blockstab.proposals.files import LabelFile
 from blockstab.proposals.watershed import Watershed
 from blockstab.rgbd.frame import read_scene
 from blockstab.search.moves.every import EVERY
-from blockstab.search.start import Start
+from blockstab.search.none import NoSearch
 from blockstab.simulation.layouts.presets import PRESETS
 from models.potentials.checkpoint import chosen_columns, load_potentials, save_potentials
 from models.potentials.examples import ExampleMaker
@@ -54,15 +54,23 @@ def test_the_page_names_every_option_of_a_command(name):
     assert first_column(f"blockstab {name}", "option") == options - {"--help"}
 
 
-def test_the_page_names_every_choice_of_an_option():
-    for choices in (ProposalName, SearchName, UpName):
-        assert all(f"`{choice}`" in SECTIONS["blockstab parse"] for choice in choices)
+def test_the_page_names_every_choice_of_a_part_of_a_parse():
+    for group in ("ground", "boundaries", "proposals", "rules", "search", "energy", "pool"):
+        for file in (ROOT / "configs" / group).glob("*.yaml"):
+            assert f"`{file.stem}`" in SECTIONS["blockstab parse"], file
     assert all(f"`{preset}`" in SECTIONS["blockstab simulate"] for preset in PRESETS)
 
 
-@pytest.mark.parametrize("program", ["train", "evaluate"])
-def test_the_page_names_every_key_of_a_program(program):
-    assert first_column(f"{program}.py", "key") == set(composed(program, ["data=simulated"])) - {"hydra"}
+def test_the_page_names_every_key_of_a_program():
+    assert first_column("blockstab parse", "key") == set(composed("parse", []))
+    assert first_column("evaluate.py", "key") == set(composed("evaluate", ["data=simulated"])) - {"hydra"}
+    keys = {
+        task: set(composed("train", [f"task={task}"])) - {"hydra"}
+        for task in ("potentials", "stages", "boundary")
+    }
+    assert first_column("train.py", "key") == keys["boundary"]
+    assert first_column("train.py", "key of potentials") == keys["potentials"] - keys["boundary"]
+    assert keys["stages"] - keys["boundary"] == {"boundaries", "variant"}
 
 
 def test_the_page_names_every_score_and_every_experiment():
@@ -136,7 +144,7 @@ def without_file(folder: Path) -> None:
 
 
 def parsed(folder: Path, **settings: object) -> None:
-    parser = Parser(settings.pop("proposal", Watershed()), Start(), toy_potentials(), **settings)
+    parser = Parser(settings.pop("proposal", Watershed()), NoSearch(), toy_potentials(), **settings)
     parser(read_scene(folder))
 
 
@@ -151,7 +159,7 @@ def without_up(folder: Path) -> None:
 
 
 def twice(folder: Path) -> None:
-    parser = Parser(LabelFile(), Start(), toy_potentials())
+    parser = Parser(LabelFile(), NoSearch(), toy_potentials())
     parse_all([folder_job(folder), folder_job(folder)], parser, folder.parent / "out")
 
 

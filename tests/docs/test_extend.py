@@ -14,6 +14,7 @@ from hydra.utils import instantiate
 from PIL import Image
 
 import evaluate
+from models import configured
 from models.potentials.heads import HEADS
 from tests.block_scene import STACK, picture
 from tests.docs.pages import DOCS, blocks, commands, composed
@@ -73,8 +74,8 @@ def test_the_head_of_the_page_is_taken_by_training(mine):
 
 
 def test_the_experiment_of_the_page_makes_its_parsers(mine, monkeypatch):
-    monkeypatch.setattr(evaluate, "parsing_potentials", lambda _: toy_potentials())
-    changed = ["experiment=climbing", "experiment.methods.Climb.search.moves=20"]
+    monkeypatch.setattr(configured, "parsing_potentials", lambda _: toy_potentials())
+    changed = ["experiment=climbing", "experiment.methods.climb.search.moves=20"]
     methods = evaluate.methods_of(composed("evaluate", changed, mine))
     assert {name: type(method.parser.search).__name__ for name, method in methods.items()} == {
         "Climb": "Climb",
@@ -86,7 +87,7 @@ def test_the_experiment_of_the_page_makes_its_parsers(mine, monkeypatch):
 
 def test_a_misspelt_key_stops_the_run(mine):
     with pytest.raises(ConfigCompositionException, match="movs"):
-        composed("evaluate", ["experiment=climbing", "experiment.methods.Climb.search.movs=20"], mine)
+        composed("evaluate", ["experiment=climbing", "experiment.methods.climb.search.movs=20"], mine)
 
 
 @pytest.mark.parametrize("program", ["train", "evaluate"])

@@ -20,7 +20,7 @@ def test_a_callers_mistake_becomes_one_line_and_exit_status_1():
 def test_what_a_part_of_the_configuration_refuses_becomes_one_line():
     with pytest.raises(SystemExit) as stop, one_line_errors():
         instantiate({"_target_": "models.stages.stages.silberman", "stages": "missing.json"})
-    assert stop.value.code == "missing.json is not there; train it with `python train.py target=stages`."
+    assert stop.value.code == "missing.json is not there; train it with `python train.py task=stages`."
 
 
 def test_a_part_of_the_configuration_that_breaks_keeps_its_traceback():

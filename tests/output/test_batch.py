@@ -25,12 +25,12 @@ from blockstab.proposals.watershed import Watershed
 from blockstab.rgbd.frame import read_scene
 from blockstab.scene.inference import Rules
 from blockstab.search.greedy import Greedy
+from blockstab.search.none import NoSearch
 from blockstab.search.rsamp import RSamp
-from blockstab.search.start import Start
 from tests.synthetic import BLOCKS, photograph, write_folder
 from tests.toy_potentials import random_potentials, toy_potentials
 
-QUICK = Parser(LabelFile(), Start(), toy_potentials())
+QUICK = Parser(LabelFile(), NoSearch(), toy_potentials())
 
 
 def job(folder: Path) -> Job:

@@ -23,13 +23,13 @@ from blockstab.proposals.search_input import make_search_input
 from blockstab.proposals.watershed import Watershed
 from blockstab.rgbd.frame import Frame
 from blockstab.search.greedy import Greedy
+from blockstab.search.none import NoSearch
 from blockstab.search.rsamp import RSamp
-from blockstab.search.start import Start
 from tests.synthetic import BLOCKS, photograph
 from tests.tolerance import EXACT
 from tests.toy_potentials import toy_potentials
 
-AS_IT_IS = Parser(LabelFile(), Start(), toy_potentials())
+AS_IT_IS = Parser(LabelFile(), NoSearch(), toy_potentials())
 RECKLESS = partial(expected_overlap, caution=0.0)
 SAMPLED = Parser(Watershed(threshold=0.3, least_px=60), RSamp(rounds=3), toy_potentials(), energy=RECKLESS)
 
@@ -83,7 +83,7 @@ def test_the_supports_and_falls_of_the_tower(given):
 
 def test_new_segments_are_numbered_after_the_proposals_largest_id(frame):
     one_region = torch.where(frame.label > 1, 70, frame.label)
-    parser = replace(AS_IT_IS, search=RSamp(rounds=3, first=(Start(),)))
+    parser = replace(AS_IT_IS, search=RSamp(rounds=3, first=(NoSearch(),)))
     parsed = parser(replace(frame, label=one_region))
     assert len(parsed.ids) > 2
     assert sorted(parsed.ids) == [1, *range(71, 71 + len(parsed.ids) - 1)]
@@ -110,7 +110,7 @@ def test_the_blocks_are_found_without_labels(frame, sampled):
 
 
 @pytest.mark.parametrize("proposal", [Watershed(), Felzenszwalb(least_px=300)])
-@pytest.mark.parametrize("search", [Start(), Greedy(), RSamp(rounds=2)])
+@pytest.mark.parametrize("search", [NoSearch(), Greedy(), RSamp(rounds=2)])
 def test_the_same_seed_parses_the_same_twice(frame, proposal, search):
     parser = Parser(proposal, search, toy_potentials(), seed=3)
     one, two = scene_record(parser(frame)), scene_record(parser(frame))
@@ -193,7 +193,7 @@ def test_a_proposal_of_the_users_own_needs_no_more_than_to_be_called(frame):
             columns = torch.arange(frame.depth.shape[1]).expand_as(frame.depth)
             return Proposed(1 + (columns >= frame.depth.shape[1] // 2).long())
 
-    parsed = Parser(Halves(), Start(), toy_potentials())(frame)
+    parsed = Parser(Halves(), NoSearch(), toy_potentials())(frame)
     assert sorted(parsed.ids) == [1, 2]
 
 

@@ -16,8 +16,8 @@ from blockstab.search.greedy import Greedy
 from blockstab.search.moves.every import EVERY
 from blockstab.search.moves.merge import Merge
 from blockstab.search.moves.split import Split
+from blockstab.search.none import NoSearch
 from blockstab.search.rsamp import RSamp
-from blockstab.search.start import Start
 from blockstab.search.truth import Truth
 from tests.search.watched import Watched, blocks_view, seeded, watched
 from tests.synthetic import over_split, photograph, view_of
@@ -26,13 +26,13 @@ from tests.worlds import Block
 
 PAPER = RSamp((Split(), Merge()), 5, 5, 3, 5, (Greedy(),))
 SEARCHES: dict[str, Search] = {
-    "stay": Start(),
+    "none": NoSearch(),
     "greedy": Greedy(),
     "best cut": BestCut(),
     "truth": Truth(),
     "rsamp": RSamp(rounds=2),
     "rsamp of the paper": PAPER,
-    "rsamp alone": replace(PAPER, first=(Start(),)),
+    "rsamp alone": replace(PAPER, first=(NoSearch(),)),
 }
 everyone = pytest.mark.parametrize("name", SEARCHES)
 # The others end at what they are made for, whatever its energy.

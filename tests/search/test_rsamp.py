@@ -12,8 +12,8 @@ from blockstab.search import rank
 from blockstab.search.greedy import Greedy
 from blockstab.search.moves.merge import Merge
 from blockstab.search.moves.split import Split
+from blockstab.search.none import NoSearch
 from blockstab.search.rsamp import RSamp
-from blockstab.search.start import Start
 from tests.docs.pages import composed
 from tests.search.watched import blocks_view, seeded, watched
 from tests.synthetic import over_split
@@ -21,7 +21,7 @@ from tests.synthetic import over_split
 PAPER = RSamp(
     (Split(), Merge()), moves_per_kind=5, pool_size=5, rounds=15, patience=5, at_once=1, first=(Greedy(),)
 )
-FROM_START = replace(PAPER, first=(Start(),))
+FROM_START = replace(PAPER, first=(NoSearch(),))
 
 
 def configured(name: str) -> RSamp:
@@ -50,8 +50,8 @@ def test_it_starts_where_the_searches_that_go_first_end():
 def test_the_best_of_several_first_searches_is_the_first_best():
     start = over_split(blocks_view())
     problem = watched(blocks_view()).problem
-    stay, greedy = (rank(search(start, problem, seeded(0)).best) for search in (Start(), Greedy()))
-    found = RSamp(rounds=0, first=(Start(), Greedy()))(start, problem, seeded(0))
+    stay, greedy = (rank(search(start, problem, seeded(0)).best) for search in (NoSearch(), Greedy()))
+    found = RSamp(rounds=0, first=(NoSearch(), Greedy()))(start, problem, seeded(0))
     assert greedy < stay
     assert found.trace == (greedy,)
 
@@ -128,7 +128,7 @@ def test_without_rounds_the_result_is_the_first_particle():
 def test_a_search_and_a_move_of_the_users_own_can_take_part():
     class Nowhere:
         def __call__(self, start, problem, generator):
-            return Start()(over_split(blocks_view()), problem, generator)
+            return NoSearch()(over_split(blocks_view()), problem, generator)
 
     class Home:
         def __call__(self, rating, problem, count, generator):

@@ -16,7 +16,7 @@ from blockstab.rgbd.frame import Frame
 from blockstab.search.moves.every import EVERY
 from blockstab.search.moves.merge import Merge
 from blockstab.search.moves.split import Split
-from blockstab.search.start import Start
+from blockstab.search.none import NoSearch
 from models.potentials.examples import ExampleMaker, Neutral
 from models.potentials.heads import CLIP, LinearHead
 from models.potentials.rows import KINDS, Examples
@@ -42,7 +42,7 @@ class Visit:
 
     def __call__(self, start, problem, generator):
         problem.rate([start.merge(1, 2)])
-        return Start()(start, problem, generator)
+        return NoSearch()(start, problem, generator)
 
 
 class Halve:
@@ -51,7 +51,7 @@ class Halve:
     def __call__(self, start, problem, generator):
         whole = start.segments[1]
         problem.rate([start.replace(1, problem.split(whole))])
-        return Start()(start, problem, generator)
+        return NoSearch()(start, problem, generator)
 
 
 VISITING = replace(CLEAN, search=Visit(), potentials=toy_potentials())

@@ -12,7 +12,7 @@ from blockstab.segments.segmentation import Segmentation
 
 
 @dataclass(frozen=True)
-class Start:
+class NoSearch:
     """Keeps the start."""
 
     def __call__(self, start: Segmentation, problem: Problem, generator: torch.Generator) -> SearchResult:

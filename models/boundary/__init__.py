@@ -1,0 +1,1 @@
+"""Weights of the cues of an edge."""

@@ -1,0 +1,110 @@
+"""What a configuration describes: a parser, and the methods of an experiment."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+
+import blockstab
+from blockstab.parsing.parser import Parser
+from models.potentials.examples import ExampleMaker
+from models.potentials.parsing import parsing_potentials
+
+# Beside the package where it is installed, and in the root of a checkout.
+_PLACES = (Path(blockstab.__file__).parent / "configs", Path(blockstab.__file__).parents[1] / "configs")
+CONFIGS = next(place for place in _PLACES if place.is_dir())
+# What a parser is made of: groups and values of `parse.yaml`, by the names that `Parser` has for them.
+PARTS = {
+    "proposals": "proposal",
+    "search": "search",
+    "energy": "energy",
+    "pool": "pool",
+    "boundaries": "boundaries",
+    "rules": "rules",
+    "ground": "ground_of",
+    "potentials": "potentials",
+    "seed": "seed",
+}
+
+
+def made(node: DictConfig) -> Any:
+    """What a node of a configuration describes; the lists in it are plain lists of what their items describe."""
+    # In a list of its own, hydra would turn every dataclass back into a configuration.
+    return instantiate(node, _convert_="all")
+
+
+def example_maker(cfg: DictConfig, starts: Iterable[DictConfig] = (), **settings: Any) -> ExampleMaker:
+    """Makes examples as a configuration says.
+
+    Args:
+        starts: proposals beside the configured one.
+        settings: those of `ExampleMaker` that are numbers.
+    """
+    return ExampleMaker(
+        proposals=[made(proposal) for proposal in (cfg.proposals, *starts)],
+        moves=made(cfg.search).moves,
+        boundaries=made(cfg.boundaries),
+        pool=made(cfg.pool),
+        **settings,
+    )
+
+
+def composed(
+    name: str, overrides: Sequence[str], values: Mapping[str, Any], folder: Path | None = None
+) -> DictConfig:
+    """A configuration, as a program of that name would have it.
+
+    Args:
+        overrides: in hydra's words, such as `search=greedy`.
+        values: what is set after that, word for word, by its place, such as `proposals.path`.
+        folder: more configurations, as for hydra's `--config-dir`; what they name may lie in the working folder.
+
+    Raises:
+        hydra.errors.HydraException, omegaconf.errors.OmegaConfBaseException: if they do not fit together.
+    """
+    more = []
+    if folder is not None:
+        see_own_code()
+        more = [f"hydra.searchpath=['file://{folder.resolve()}']"]
+    with initialize_config_dir(str(CONFIGS), version_base="1.3"):
+        cfg = compose(name, [*more, *overrides])
+    for place, value in values.items():
+        OmegaConf.update(cfg, place, value, force_add=False)
+    return cfg
+
+
+def see_own_code() -> None:
+    """Let configurations name what lies in the working folder, as for `python -m`."""
+    if "" not in sys.path and str(Path.cwd()) not in sys.path:
+        sys.path.insert(0, str(Path.cwd()))
+
+
+class ParserMaker:
+    """Makes parsers of configurations. Parts that are configured alike are one: what they compute is shared."""
+
+    def __init__(self) -> None:
+        """Nothing is known yet."""
+        self._known: dict[str, Any] = {}
+
+    def __call__(self, usual: DictConfig, given: Mapping[str, Any] | None = None) -> Parser:
+        """The parser of a configuration like `parse.yaml`; `given` has those of its parts that are to be others."""
+        nodes = {name: usual[name] for name in PARTS} | dict(given or {})
+        return Parser(**{PARTS[name]: self._part(name, node) for name, node in nodes.items()})
+
+    def _part(self, name: str, node: Any) -> Any:
+        key = OmegaConf.to_yaml(node, resolve=True) if OmegaConf.is_config(node) else f"{name}: {node}"
+        if key not in self._known:
+            self._known[key] = _made_part(name, node)
+        return self._known[key]
+
+
+def _made_part(name: str, node: Any) -> Any:
+    if name == "seed":
+        return int(node)
+    return parsing_potentials(node) if name == "potentials" else made(node)

@@ -1,0 +1,1 @@
+"""Potentials of segments and boundaries: examples, heads, training, calibration, files."""

@@ -1,0 +1,158 @@
+"""Compare methods: predict scenes to disk, then score the files. `python evaluate.py experiment=table4`."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import hydra
+import torch
+from omegaconf import DictConfig
+from rich.console import Console
+from rich.table import Table
+
+import blockstab
+from blockstab.datasets.readable import readable
+from blockstab.datasets.splits import scenes_of
+from blockstab.evaluation.comparison import Comparison, Method
+from blockstab.output.export import write_whole
+from models.configured import CONFIGS, PARTS, ParserMaker, example_maker, made, see_own_code
+from models.entry import one_line_errors
+from models.gathering import gathered
+from models.potentials.judging import judged
+from models.potentials.parsing import parsing_potentials
+
+# Rows of a table, once it is known of which scenes.
+RowMaker = Callable[[Comparison], list[dict[str, Any]]]
+
+
+@hydra.main(config_path=str(CONFIGS), config_name="evaluate", version_base="1.3")
+def main(cfg: DictConfig) -> None:
+    """Run every method of an experiment on every scene of a data set."""
+    see_own_code()
+    with one_line_errors():
+        run(cfg)
+
+
+def run(cfg: DictConfig) -> None:
+    """Predict, score, and write `results.json`."""
+    begin = time.perf_counter()
+    data, split, out = made(cfg.data), made(cfg.split), Path(cfg.out)
+    shows = cfg.experiment.get("shows", "table")
+    if shows not in SHOWS:
+        raise ValueError(f"No experiment shows {shows!r}; choose from: {', '.join(SHOWS)}.")
+    # All are made before any of them works: a misspelt one stops here, not after hours.
+    prepared = SHOWS[shows](cfg)
+    chosen = scenes_of(data, split, cfg.part, Path(cfg.splits))
+    scenes = readable(data, chosen, cfg.strict, cfg.jobs)
+    comparison = Comparison(data, scenes, out, cfg.seed, cfg.jobs, cfg.overwrite)
+    results = {
+        "experiment": cfg.experiment.name,
+        "data": {
+            "name": data.name,
+            "split": split.name,
+            "part": cfg.part,
+            "images": len(scenes),
+            "left_out": sorted(set(chosen) - set(scenes)),
+        },
+        "methods": None if cfg.methods is None else list(cfg.methods),
+        "rows": prepared(comparison),
+        "seed": cfg.seed,
+        "seconds": round(time.perf_counter() - begin, 2),
+        "versions": {"blockstab": blockstab.__version__, "torch": torch.__version__},
+    }
+    write_whole(out / "results.json", (json.dumps(results, indent=1) + "\n").encode())
+    show(results)
+    print(f"results in {out / 'results.json'}")
+
+
+def tables(cfg: DictConfig) -> RowMaker:
+    """What methods score."""
+    methods = methods_of(cfg)
+    return lambda comparison: comparison.table(methods)
+
+
+def courses(cfg: DictConfig) -> RowMaker:
+    """How searches go."""
+    methods = methods_of(cfg)
+    return lambda comparison: comparison.courses(methods)
+
+
+def judges(cfg: DictConfig) -> RowMaker:
+    """How well potentials tell good segments from bad ones."""
+    potentials = {
+        name: parsing_potentials(path) for name, path in chosen_rows(cfg, cfg.experiment.potentials).items()
+    }
+    maker = example_maker(cfg, walks=cfg.experiment.walks, steps=cfg.experiment.steps)
+
+    def rows(comparison: Comparison) -> list[dict[str, Any]]:
+        examples = gathered(
+            comparison.data,
+            comparison.scenes,
+            maker,
+            comparison.seed,
+            comparison.out / "examples",
+            comparison.jobs,
+            comparison.overwrite,
+        )
+        return judged(potentials, examples, comparison.seed)
+
+    return rows
+
+
+SHOWS = {"table": tables, "courses": courses, "judges": judges}
+
+
+def chosen_rows(cfg: DictConfig, rows: DictConfig) -> dict[str, Any]:
+    """Those rows of an experiment that `methods` names, in the experiment's order; all where it names none."""
+    unknown = sorted(set(cfg.methods or ()) - set(rows))
+    if unknown:
+        raise ValueError(
+            f"{cfg.experiment.name} has no method {unknown[0]!r}; choose from: {', '.join(rows)}."
+        )
+    return {str(name): rows[name] for name in rows if not cfg.methods or name in cfg.methods}
+
+
+def methods_of(cfg: DictConfig) -> dict[str, Method]:
+    """The methods of an experiment, by the names that its table has for them."""
+    maker, methods = ParserMaker(), {}
+    for key, given in chosen_rows(cfg, cfg.experiment.methods).items():
+        strange = sorted(set(given) - {*PARTS, "name", "scores"})
+        if strange:
+            raise ValueError(
+                f"{key} has {strange[0]!r}; a method has a name, scores and any of {', '.join(PARTS)}."
+            )
+        scores = tuple(given.get("scores") or cfg.experiment.get("scores", ()))
+        parts = {part: given[part] for part in PARTS if part in given}
+        methods[str(given.get("name", key))] = Method(maker(cfg, parts), scores)
+    return methods
+
+
+def show(results: dict[str, Any]) -> None:
+    """Print a table for each group of rows with the same scores, a line for each method and one for its step."""
+    console = Console(width=110)
+    print(
+        f"{results['experiment']}: {results['data']['images']} scenes; means over all that was scored, and steps "
+        "over the row above; 95 % intervals"
+    )
+    for names, rows in groupby(results["rows"], key=lambda row: tuple(row["scores"])):
+        lines = Table("method", *names)
+        for row in rows:
+            lines.add_row(row["method"], *(_cell(row, name) for name in names))
+        console.print(lines)
+
+
+def _cell(row: dict[str, Any], name: str) -> str:
+    value, step = row["scores"].get(name), row.get("step", {}).get(name)
+    if value is None:
+        return ""
+    low, high = row["ci95"][name]
+    cell = f"{value:.3f}  [{low:.3f}, {high:.3f}]"
+    if step is not None:
+        low, high = row["step_ci95"][name]
+        cell += f"\n{step:+.3f}  [{low:+.3f}, {high:+.3f}]"
+    return cell

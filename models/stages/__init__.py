@@ -1,0 +1,1 @@
+"""Stages of merging (Silberman et al. 2012)."""
