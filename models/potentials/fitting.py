@@ -129,8 +129,15 @@ def _fit(
         "bad_share": round(float(rows.bad.double().mean()), 4),
         "c": found.c,
         "held_out_loss": None if loss is None else round(loss, 5),
-        "held_out_auc": round(float(roc_auc_score(rows.bad.numpy(), fit.held_out.numpy())), 4),
+        "held_out_auc": _auc(rows.bad, fit.held_out),
     }
+
+
+def _auc(bad: Tensor, potential: Tensor) -> float | None:
+    """Nothing where all rows are good, or all bad."""
+    if bool(bad.all()) or not bool(bad.any()):
+        return None
+    return round(float(roc_auc_score(bad.numpy(), potential.numpy())), 4)
 
 
 def _drawn(parts: Sequence[Rows], most: int, seed: int) -> tuple[Rows, Tensor]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from datetime import date
 from functools import partial
@@ -49,7 +50,7 @@ def train_potentials(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> floa
     """The potentials of one head: make examples, fit, search with what was fitted for more examples, fit again.
 
     Returns:
-        1 - AUC of the potential of segments, on images that it has not seen.
+        1 - AUC of the potential of segments, on images that it has not seen; NaN where all are good, or all bad.
     """
     maker = example_maker(
         cfg,
@@ -93,7 +94,8 @@ def train_potentials(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> floa
         # The same examples, seen by other columns: what those columns are worth.
         ablated = fit(examples, features=feature_set(name))
         _saved(Path(f"{cfg.output}_{name}"), ablated, {**facts, "ablation": name})
-    return 1.0 - float(found.facts["unary"]["held_out_auc"])
+    auc = found.facts["unary"]["held_out_auc"]
+    return math.nan if auc is None else 1.0 - float(auc)
 
 
 def _saved(output: Path, found: Fitted, facts: dict[str, Any]) -> None:
