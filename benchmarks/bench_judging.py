@@ -8,7 +8,8 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from torch import Tensor
 
 from blockstab.stability.balance import balance
-from blockstab.stability.judging import judge, warm_up
+from blockstab.stability.judges import TrimmedSupports, warm_up
+from blockstab.stability.relating import related
 from blockstab.stability.support import SupportRules, candidate_supports
 from blockstab.stability.trimming import trim
 from tests.stability.random_piles import Table, table
@@ -35,7 +36,8 @@ class TestPiles:
     def test_machine_code(self, benchmark: BenchmarkFixture, amount: int, largest: int) -> None:
         warm_up()
         world, slack = islands(amount, largest)
-        benchmark(lambda: judge(*world, RULES, slack))
+        judge = TrimmedSupports()
+        benchmark(lambda: judge(world.boxes, world.movable, related(*world, RULES), slack))
 
     def test_steps(self, benchmark: BenchmarkFixture, amount: int, largest: int) -> None:
         world, slack = islands(amount, largest)

@@ -97,7 +97,12 @@ class Parser:
             scene, search_input = found.best.scene, problem.search_input
             slack = self.rules.support.noise(scene.boxes)
             table = falls_if_removed(
-                scene.boxes, ~scene.background, scene.candidates, scene.balance.stable, slack
+                scene.boxes,
+                ~scene.background,
+                scene.candidates,
+                scene.balance.stable,
+                slack,
+                self.rules.judge,
             )
         ids = _ids(scene.segmentation, search_input)
         return Parsed(

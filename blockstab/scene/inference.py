@@ -12,9 +12,10 @@ from blockstab.boxes.box_cache import BoxCache, BoxFitter
 from blockstab.boxes.fitting import MinimumSurface
 from blockstab.rgbd.occlusion import Occlusion
 from blockstab.scene.islands import IslandTable, StabilityResult
-from blockstab.stability.judging import judge
+from blockstab.stability.judges import StabilityJudge, TrimmedSupports
 from blockstab.stability.reach import reach_down
 from blockstab.stability.refit import UP, refit_axes
+from blockstab.stability.relating import related
 from blockstab.stability.support import SupportRules
 
 
@@ -26,15 +27,14 @@ class Rules:
         fitter: fits boxes to points.
         support: thresholds of section 5.2.
         background: what counts as table, floor or wall.
-        trimming: drop the supports that stability does not need; without it every candidate counts (the
-            paper's "Neighbor").
+        judge: says what stands, and what carries it.
         refit_rounds: how often boxes are corrected by how they stand (the paper's Supp-surf); 0 is Min-surf.
     """
 
     fitter: BoxFitter = field(default_factory=MinimumSurface)
     support: SupportRules = field(default_factory=SupportRules)
     background: BackgroundRules = field(default_factory=BackgroundRules)
-    trimming: bool = True
+    judge: StabilityJudge = field(default_factory=TrimmedSupports)
     refit_rounds: int = 2
 
 
@@ -86,13 +86,13 @@ class StabilityInference:
         return rows, judged
 
     def _judge(self, table: IslandTable, rows: Tensor, movable: Tensor, is_ground: Tensor) -> StabilityResult:
-        """Relate the boxes, drop what stability does not need, and judge them."""
+        """Relate the boxes, and judge them."""
         boxes, support = self.box_cache.fits.boxes[rows], self.rules.support
         apart = self.box_cache.separation(rows[table.first], rows[table.second])
         pairs, height = (table.first, table.second), self._heights(len(rows))
-        slack = support.noise(boxes)
+        candidates = related(boxes, pairs, apart, height, movable, is_ground, support)
         return StabilityResult(
-            *judge(boxes, pairs, apart, height, movable, is_ground, support, slack, self.rules.trimming)
+            candidates, *self.rules.judge(boxes, movable, candidates, support.noise(boxes))
         )
 
     def _refitted(self, table: IslandTable, rows: Tensor, movable: Tensor, judged: StabilityResult) -> Tensor:

@@ -1,4 +1,4 @@
-"""What falls if a thing is taken away, by asking the stability rule again without it."""
+"""What falls if a thing is taken away, by asking the judge again without it."""
 
 from __future__ import annotations
 
@@ -6,15 +6,20 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.stability.balance import balance
+from blockstab.stability.judges import StabilityJudge, TrimmedSupports
 from blockstab.stability.support import Supports
-from blockstab.stability.trimming import trim
 
+_RULE = TrimmedSupports()
 _TABLE = 1024  # boxes judged together: the square of their number is what costs
 
 
 def falls_if_removed(
-    boxes: Boxes, movable: Tensor, candidates: Supports, stable: Tensor, slack: Tensor
+    boxes: Boxes,
+    movable: Tensor,
+    candidates: Supports,
+    stable: Tensor,
+    slack: Tensor,
+    judge: StabilityJudge = _RULE,
 ) -> Tensor:
     """For each box x, the boxes that stand now and would not stand without x.
 
@@ -24,6 +29,7 @@ def falls_if_removed(
     Args:
         boxes: N boxes; movable: (N,) bool; candidates: all relations that nearness allows.
         stable: (N,) bool, the verdict with everything in place; slack: (N,) metres, as in `balance`.
+        judge: that gave this verdict, and is asked again.
 
     Returns:
         (N, N) bool; row x, column b: b falls if x is removed. Rows of background are false.
@@ -38,25 +44,28 @@ def falls_if_removed(
     relevant[candidates.supported[between]] = True
     rows = (relevant & movable).nonzero()[:, 0]
     while len(rows):
-        stands = _verdicts(boxes, movable, candidates, (gone | fallen)[rows], slack)
+        stands = _verdicts(boxes, movable, candidates, (gone | fallen)[rows], slack, judge)
         further = ~stands & stable & movable & ~gone[rows] & ~fallen[rows]
         fallen[rows] |= further
         rows = rows[further.any(dim=1)]
     return fallen
 
 
-def _verdicts(boxes: Boxes, movable: Tensor, candidates: Supports, absent: Tensor, slack: Tensor) -> Tensor:
+def _verdicts(
+    boxes: Boxes, movable: Tensor, candidates: Supports, absent: Tensor, slack: Tensor, judge: StabilityJudge
+) -> Tensor:
     """(K, N) bool: whether box b (column) stands in the copy (row) that lacks the boxes marked absent (K, N)."""
     n = len(boxes)
     together = max(1, _TABLE // max(n, 1))
     parts = [
-        _verdicts_together(boxes, movable, candidates, some, slack) for some in torch.split(absent, together)
+        _verdicts_together(boxes, movable, candidates, some, slack, judge)
+        for some in torch.split(absent, together)
     ]
     return torch.cat(parts)
 
 
 def _verdicts_together(
-    boxes: Boxes, movable: Tensor, candidates: Supports, absent: Tensor, slack: Tensor
+    boxes: Boxes, movable: Tensor, candidates: Supports, absent: Tensor, slack: Tensor, judge: StabilityJudge
 ) -> Tensor:
     k, n = absent.shape
     edge = torch.arange(len(candidates)).repeat(k)
@@ -71,5 +80,4 @@ def _verdicts_together(
         candidates.area[edge],
     )
     many = boxes[torch.arange(n).repeat(k)]
-    kept = trim(many, copies, slack.repeat(k))
-    return balance(many, movable.repeat(k), kept, slack.repeat(k)).stable.view(k, n)
+    return judge(many, movable.repeat(k), copies, slack.repeat(k)).balance.stable.view(k, n)

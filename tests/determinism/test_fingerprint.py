@@ -30,6 +30,7 @@ from blockstab.search.moves.split import Split
 from blockstab.search.moves.unexplained import Unexplained
 from blockstab.search.none import NoSearch
 from blockstab.search.rsamp import RSamp
+from blockstab.stability.judges import EverySupport
 from models.potentials.checkpoint import load_potentials, save_potentials
 from models.stages.stages import load_stages, silberman
 from tests.every_part import Noted, Plain, Sparing, doubled, fingerprints, in_another_process
@@ -51,7 +52,7 @@ def test_every_part_has_the_same_fingerprint_in_another_process_and_one_of_its_o
         (PARSER, replace(PARSER, seed=1)),
         (PARSER, replace(PARSER, proposal=Watershed())),
         (PARSER, replace(PARSER, search=RSamp())),
-        (PARSER, replace(PARSER, rules=Rules(trimming=False))),
+        (PARSER, replace(PARSER, rules=Rules(judge=EverySupport()))),
         (PARSER, replace(PARSER, ground_of=given_ground)),
         (PARSER, replace(PARSER, energy=paper_energy)),
         (PARSER, replace(PARSER, pool=Regions((Watershed(),)))),

@@ -55,7 +55,7 @@ def test_the_page_names_every_option_of_a_command(name):
 
 
 def test_the_page_names_every_choice_of_a_part_of_a_parse():
-    for group in ("ground", "boundaries", "proposals", "rules", "search", "energy", "pool"):
+    for group in ("ground", "boundaries", "proposals", "rules", "judge", "search", "energy", "pool"):
         for file in (ROOT / "configs" / group).glob("*.yaml"):
             assert f"`{file.stem}`" in SECTIONS["blockstab parse"], file
     assert all(f"`{preset}`" in SECTIONS["blockstab simulate"] for preset in PRESETS)

@@ -20,6 +20,7 @@ from blockstab.rgbd.frame import Frame
 from blockstab.scene.inference import Rules
 from blockstab.search.moves.merge import Merge
 from blockstab.search.moves.split import Split
+from blockstab.stability.judges import EverySupport
 from models.gathering import as_tensors, from_tensors, gathered, scene_generator
 from models.potentials.examples import ExampleMaker
 from models.potentials.rows import Examples
@@ -103,7 +104,7 @@ def test_other_code_makes_them_anew_from_the_same_draws(data, monkeypatch):
     "change",
     [
         {"walks": 2},
-        {"rules": Rules(trimming=False)},
+        {"rules": Rules(judge=EverySupport())},
         {"proposals": (Watershed(least_px=300),)},
         {"moves": (Split(),)},
         {"pool": Regions((Watershed(),))},

@@ -27,6 +27,7 @@ from blockstab.scene.inference import Rules
 from blockstab.search.greedy import Greedy
 from blockstab.search.none import NoSearch
 from blockstab.search.rsamp import RSamp
+from blockstab.stability.judges import EverySupport
 from tests.synthetic import BLOCKS, photograph, write_folder
 from tests.toy_potentials import random_potentials, toy_potentials
 
@@ -134,7 +135,7 @@ def test_what_is_done_is_not_done_again(folders, tmp_path):
 
 @pytest.mark.parametrize(
     "change",
-    [{"seed": 2}, {"potentials": random_potentials()}, {"rules": Rules(trimming=False)}],
+    [{"seed": 2}, {"potentials": random_potentials()}, {"rules": Rules(judge=EverySupport())}],
     ids=["seed", "potentials", "rules"],
 )
 def test_other_settings_are_done_anew(folders, tmp_path, change):
@@ -259,7 +260,7 @@ def test_what_several_parsers_ask_of_an_image_is_computed_once(folders, tmp_path
         return observation.observe(frame, *settings)
 
     monkeypatch.setattr("blockstab.parsing.look.observe", observe)
-    trimmed = replace(QUICK, rules=Rules(trimming=False))
+    trimmed = replace(QUICK, rules=Rules(judge=EverySupport()))
     makers = {tmp_path / name: Parsing(p, report=False) for name, p in (("one", QUICK), ("two", trimmed))}
     make_all([job(folder) for folder in folders], makers)
     assert looked == ["scene0", "scene1"]

@@ -19,6 +19,7 @@ from blockstab.scene.builder import SceneBuilder
 from blockstab.scene.inference import Rules
 from blockstab.scene.types import Scene
 from blockstab.segments.segmentation import Segmentation
+from blockstab.stability.judges import EverySupport
 from blockstab.stability.support import GROUND, SupportType, tilt
 from tests.synthetic import (
     BLOCKS,
@@ -177,7 +178,7 @@ def test_a_plank_that_truly_leans_is_left_alone(turn_deg):
 def test_without_trimming_every_nearness_counts():
     photo = photograph(Block(0, 0, 0.1, 0.14), Block(0.11, 0, 0.1, 0.1))
     assert supports(photo) == {(0, 2, "surface"), (0, 3, "surface")}
-    every = supports(photo, Rules(trimming=False))
+    every = supports(photo, Rules(judge=EverySupport()))
     assert every == {(0, 2, "surface"), (0, 3, "surface"), (2, 3, "side"), (3, 2, "side")}
 
 

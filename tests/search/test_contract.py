@@ -101,7 +101,7 @@ def test_the_energy_never_rises_from_one_step_to_the_next(name):
 @lowering
 def test_the_result_is_no_worse_than_the_start(name):
     found, _ = known(name)
-    assert found.trace[-1] <= known("stay")[0].trace[0]
+    assert found.trace[-1] <= known("none")[0].trace[0]
 
 
 @everyone

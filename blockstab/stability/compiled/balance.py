@@ -23,9 +23,9 @@ class Verdicts(NamedTuple):
 
 
 @njit(error_model="numpy")
-def balanced(things, relations, kept):
+def balanced(bodies, relations, kept):
     """Judge each box, with all that rests on it, over the hull of its supporting areas that are kept (E,)."""
-    n, center, slack = len(things.volume), things.given.center, things.given.slack
+    n, center, slack = len(bodies.center), bodies.center, bodies.slack
     found = Verdicts(
         np.ones(n, dtype=np.bool_),
         np.ones(n, dtype=np.bool_),
@@ -41,11 +41,11 @@ def balanced(things, relations, kept):
             following[e], head[below] = head[below], e
     for b in range(n):
         held = held_by(relations, _those(own[start[b] : start[b + 1]], kept))
-        mass = mass_center(things, b, relations.supported, head, following)
+        mass = mass_center(bodies, b, relations.supported, head, following)
         for k in range(3):
             found.mass_center[b, k] = mass[k]
         found.support_center[b, 0], found.support_center[b, 1] = centroid(held)
-        if things.given.movable[b]:
+        if bodies.movable[b]:
             found.margin[b] = margin(held, mass[0], mass[2])
             found.stable[b] = found.margin[b] >= -slack[b]
             found.stable_alone[b] = margin(held, center[b, 0], center[b, 2]) >= -slack[b]

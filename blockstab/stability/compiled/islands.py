@@ -1,11 +1,10 @@
-"""Relations and verdicts of islands in one call of machine code, which is kept on disk."""
+"""Relations and verdicts of islands, each in one call of machine code, which is kept on disk."""
 
 from __future__ import annotations
 
 import hashlib
 from pathlib import Path
 
-import numpy as np
 from numba import njit
 
 from blockstab.stability.compiled.balance import balanced
@@ -23,19 +22,22 @@ def _fingerprint():
 
 
 def _kept_while(fingerprint):
-    """The function that judges islands; its machine code is made again when the fingerprint is another."""
+    """The two functions of islands; their machine code is made again when the fingerprint is another."""
+
+    # Of itself numba only sees when the file of a function changes. What it names from outside is part of what it is
+    # known by.
+    @njit(cache=True, error_model="numpy")
+    def candidates(given, pairs, limits):
+        _ = fingerprint
+        return candidate_relations(measured(given, limits), pairs, limits)
 
     @njit(cache=True, error_model="numpy")
-    def judged(given, pairs, limits, trimming):
-        # Of itself numba only sees when the file of this function changes. What a function names from outside is part
-        # of what it is known by.
+    def judged(bodies, relations):
         _ = fingerprint
-        things = measured(given, limits)
-        candidates = candidate_relations(things, pairs, limits)
-        kept = needed(things, candidates) if trimming else np.ones(len(candidates.type), dtype=np.bool_)
-        return candidates, kept, balanced(things, candidates, kept)
+        kept = needed(bodies, relations)
+        return kept, balanced(bodies, relations, kept)
 
-    return judged
+    return candidates, judged
 
 
-judged = _kept_while(_fingerprint())
+candidates, judged = _kept_while(_fingerprint())

@@ -75,7 +75,7 @@ def by_supported(relations, n):
 
 
 @njit(error_model="numpy")
-def mass_center(things, box, above, head, following):
+def mass_center(bodies, box, above, head, following):
     """Eq. 1: the centre of mass (3,) of a box and all that rests on it, added as in `balance.mass_centers`.
 
     Args:
@@ -84,9 +84,11 @@ def mass_center(things, box, above, head, following):
     load = _reached(box, above, head, following)
     center, mass = np.zeros(3), 0.0
     for b in load:
-        mass += things.volume[b]
+        half = bodies.half_extent[b]
+        volume = 8.0 * (half[0] * half[1] * half[2])
+        mass += volume
         for k in range(3):
-            center[k] += things.volume[b] * things.given.center[b, k]
+            center[k] += volume * bodies.center[b, k]
     for k in range(3):
         center[k] /= mass
     return center

@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
 from blockstab.stability.compiled.areas import bottom, footprint, lowest_corners, touching_edge
 from blockstab.stability.compiled.loads import linked, rests_on
 from blockstab.stability.compiled.polygons import clip
+from blockstab.stability.compiled.things import Relations
 from blockstab.stability.support import GROUND, SupportType
 
 # Corners of a footprint, and two more for each edge that a clip cuts it with: rounding makes no more.
 _WIDTH = 24
 _SURFACE, _PARTIAL, _SIDE = (int(kind) for kind in SupportType)
 _GROUND = GROUND
-
-
-class Relations(NamedTuple):
-    """E support relations, as in `support.Supports`; unused places of an area repeat its last vertex."""
-
-    supporter: np.ndarray  # (E,)
-    supported: np.ndarray  # (E,)
-    type: np.ndarray  # (E,)
-    vertices: np.ndarray  # (E, V, 2) metres
-    amount: np.ndarray  # (E,) vertices of each area
 
 
 @njit(error_model="numpy")

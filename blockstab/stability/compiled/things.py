@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from torch import Tensor
 
 
 class Given(NamedTuple):
@@ -14,10 +15,28 @@ class Given(NamedTuple):
     center: np.ndarray  # (N, 3) metres
     rotation: np.ndarray  # (N, 3, 3), columns are axes
     half_extent: np.ndarray  # (N, 3) metres
-    slack: np.ndarray  # (N,) metres
     ground_height: np.ndarray  # (N,) metres
     movable: np.ndarray  # (N,) bool
     is_ground: np.ndarray  # (N,) bool
+
+
+class Bodies(NamedTuple):
+    """N boxes, as a verdict needs to know them."""
+
+    center: np.ndarray  # (N, 3) metres
+    half_extent: np.ndarray  # (N, 3) metres
+    slack: np.ndarray  # (N,) metres
+    movable: np.ndarray  # (N,) bool
+
+
+class Relations(NamedTuple):
+    """E support relations, as in `support.Supports`; unused places of an area repeat its last vertex."""
+
+    supporter: np.ndarray  # (E,)
+    supported: np.ndarray  # (E,)
+    type: np.ndarray  # (E,)
+    vertices: np.ndarray  # (E, V, 2) metres
+    amount: np.ndarray  # (E,) vertices of each area
 
 
 class Things(NamedTuple):
@@ -25,7 +44,6 @@ class Things(NamedTuple):
 
     given: Given
     corners: np.ndarray  # (N, 8, 3) metres
-    volume: np.ndarray  # (N,) cubic metres
     top: np.ndarray  # (N, 3) the axis nearest to the vertical, pointing up
     tilt: np.ndarray  # (N,) its angle to the vertical, radians
     touch: np.ndarray  # (N,) metres within which other things touch it
@@ -48,16 +66,20 @@ class Limits(NamedTuple):
     touch_per_square_m: float
 
 
+def arrays(*tensors: Tensor) -> list[np.ndarray]:
+    """Tensors as machine code takes them: it is made for one layout in memory."""
+    return [tensor.detach().contiguous().numpy() for tensor in tensors]
+
+
 @njit(error_model="numpy")
 def measured(given, limits):
-    """Measure boxes as `Boxes.corners`, `Boxes.volume`, `top_normal`, `tilt` and `SupportRules.touch` do."""
+    """Measure boxes as `Boxes.corners`, `top_normal`, `tilt` and `SupportRules.touch` do."""
     n = len(given.center)
-    things = Things(given, np.empty((n, 8, 3)), np.empty(n), np.empty((n, 3)), np.empty(n), np.empty(n))
+    things = Things(given, np.empty((n, 8, 3)), np.empty((n, 3)), np.empty(n), np.empty(n))
     for b in range(n):
         center, half = given.center[b], given.half_extent[b]
         for c in range(8):
             _corner(c, center, given.rotation[b], half, things.corners[b, c])
-        things.volume[b] = 8.0 * (half[0] * half[1] * half[2])
         axis = 0
         for k in range(1, 3):
             if abs(given.rotation[b, 1, k]) > abs(given.rotation[b, 1, axis]):

@@ -25,9 +25,9 @@ _SIZES = (_COMBINATIONS >= 0).sum(axis=1)
 
 
 @njit(error_model="numpy")
-def needed(things, relations):
+def needed(bodies, relations):
     """(E,) which relations stability needs, judged from the top down."""
-    n, total = len(things.volume), len(relations.type)
+    n, total = len(bodies.center), len(relations.type)
     kept, level = np.zeros(total, dtype=np.bool_), levels(relations, n)
     own, start = by_supported(relations, n)
     head, following = np.full(n, -1), np.empty(total, dtype=np.int64)
@@ -36,9 +36,9 @@ def needed(things, relations):
         for b in range(n):
             if level[b] == height:
                 judged += 1
-                center = mass_center(things, b, relations.supported, head, following)
+                center = mass_center(bodies, b, relations.supported, head, following)
                 mine = own[start[b] : start[b + 1]]
-                for e in _needed_by_one(relations, mine, center[0], center[2], -things.given.slack[b]):
+                for e in _needed_by_one(relations, mine, center[0], center[2], -bodies.slack[b]):
                     kept[e] = True
                     if is_resting(relations, e):
                         below = relations.supporter[e]

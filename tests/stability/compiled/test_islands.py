@@ -22,6 +22,8 @@ def test_a_change_of_any_file_it_comes_from_makes_the_machine_code_anew(file, tm
 
 
 def test_the_fingerprint_is_part_of_what_the_machine_code_is_known_by():
-    one, other = (islands._kept_while(fingerprint) for fingerprint in (1, 2))
-    key = [function._cache._index_key((), function.targetctx.codegen()) for function in (one, other)]
-    assert key[0] != key[1]
+    keys = [
+        [function._cache._index_key((), function.targetctx.codegen()) for function in islands._kept_while(k)]
+        for k in (1, 2)
+    ]
+    assert all(one != other for one, other in zip(*keys, strict=True))

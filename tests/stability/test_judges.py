@@ -8,7 +8,8 @@ import torch
 from blockstab.boxes.box import concatenate
 from blockstab.boxes.separation import Separation, separation
 from blockstab.stability.balance import Balance, balance
-from blockstab.stability.judging import judge, warm_up
+from blockstab.stability.judges import EverySupport, StabilityJudge, TrimmedSupports, warm_up
+from blockstab.stability.relating import related
 from blockstab.stability.support import SupportRules, Supports, candidate_supports
 from blockstab.stability.trimming import trim
 from tests import worlds
@@ -31,7 +32,14 @@ WORLDS = {
         Block(0.2 * i + 0.1 * (k % 2), 0.1 * k, 0.2, 0.1) for k in range(4) for i in range(5)
     ),
 }
-RULES = SupportRules()
+RULES, _RULE = SupportRules(), TrimmedSupports()
+
+
+def judged(
+    world: Table, slack: torch.Tensor, judge: StabilityJudge = _RULE
+) -> tuple[Supports, Supports, Balance]:
+    candidates = related(*world, RULES)
+    return candidates, *judge(world.boxes, world.movable, candidates, slack)
 
 
 def by_steps(world: Table, slack: torch.Tensor, trimming: bool = True) -> tuple[Supports, Supports, Balance]:
@@ -66,7 +74,8 @@ def test_machine_code_judges_a_small_world_as_the_steps_do(name):
     n = len(boxes)
     exact, pairs = torch.zeros(n, dtype=torch.float64), tuple(torch.triu_indices(n, n, offset=1))
     apart = separation(boxes, *pairs)
-    candidates, supports, verdicts = judge(boxes, pairs, apart, exact, movable, exact > 0, RULES, exact)
+    world = Table(boxes, pairs, apart, exact, movable, exact > 0)
+    candidates, supports, verdicts = judged(world, exact)
     if len(expected.candidates):
         assert_same_supports(candidates, expected.candidates)
         assert_same_supports(supports, expected.supports)
@@ -85,7 +94,7 @@ def test_machine_code_judges_random_piles_as_the_steps_do(kind, slack_m, generat
         slack = (
             RULES.noise(world.boxes) if slack_m is None else torch.full((n,), slack_m, dtype=torch.float64)
         )
-        found, expected = judge(*world, RULES, slack), by_steps(world, slack)
+        found, expected = judged(world, slack), by_steps(world, slack)
         assert_same_supports(found[0], expected[0])
         assert_same_supports(found[1], expected[1])
         assert_same_verdicts(found[2], expected[2])
@@ -96,7 +105,7 @@ def test_machine_code_judges_random_piles_as_the_steps_do(kind, slack_m, generat
 def test_machine_code_judges_large_piles_as_the_steps_do(kind, generator):
     world = table(kind, 12, 40, generator)
     slack = RULES.noise(world.boxes)
-    found, expected = judge(*world, RULES, slack), by_steps(world, slack)
+    found, expected = judged(world, slack), by_steps(world, slack)
     assert_same_supports(found[1], expected[1])
     assert_same_verdicts(found[2], expected[2])
     assert len(found[0]) > len(found[1]) > len(world.boxes) / 2
@@ -105,7 +114,7 @@ def test_machine_code_judges_large_piles_as_the_steps_do(kind, generator):
 def test_without_trimming_every_candidate_counts(generator):
     world = table("in contact", 20, 8, generator)
     slack = RULES.noise(world.boxes)
-    candidates, supports, verdicts = judge(*world, RULES, slack, trimming=False)
+    candidates, supports, verdicts = judged(world, slack, EverySupport())
     assert_same_supports(supports, candidates)
     assert_same_verdicts(verdicts, by_steps(world, slack, trimming=False)[2])
 
@@ -120,8 +129,8 @@ def test_a_pile_is_judged_alone_as_beside_others_to_the_bit(kind, generator):
         Separation(*(torch.cat(parts) for parts in zip(one.apart, other.apart, strict=True))),
         *(torch.cat(parts) for parts in zip(one[3:], other[3:], strict=True)),
     )
-    alone = judge(*one, RULES, RULES.noise(one.boxes))
-    beside = judge(*both, RULES, RULES.noise(both.boxes))
+    alone = judged(one, RULES.noise(one.boxes))
+    beside = judged(both, RULES.noise(both.boxes))
     assert torch.equal(beside[1].split([0, n, len(both.boxes)])[0].supporter, alone[1].supporter)
     for field in ("stable", "margin", "mass_center", "support_center"):
         assert torch.equal(
