@@ -163,7 +163,7 @@ def _parser(
     except Exception as error:
         said = mistake(error)
         raise typer.BadParameter(said) if said else error from None
-    return ParserMaker()(cfg)
+    return ParserMaker(cfg.heads)(cfg)
 
 
 def _given(options: dict[str, Any]) -> dict[str, Any]:

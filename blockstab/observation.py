@@ -16,7 +16,7 @@ from blockstab.rgbd.cloud import SENSOR_STEP, Cloud, cloud_from_frame
 from blockstab.rgbd.frame import Frame
 from blockstab.rgbd.ground import Ground, estimate_ground, ground_from_up
 from blockstab.segments.atoms import over_segment
-from blockstab.segments.gaps import flood_gaps
+from blockstab.segments.gaps import enclosed, flood_gaps
 from blockstab.segments.plane_map import PlaneMap, find_planes
 from blockstab.segments.shadows import shadows
 
@@ -104,7 +104,7 @@ def observation_of(
 
     The shadow that a thing casts belongs to what is behind it. Other gaps in the depth are left by black, shiny and
     transparent things. There colour alone tells where things end, and the parts around a gap grow into it as far as
-    their colour goes on, so that every part has measured pixels.
+    their colour goes on; and then, across edges too, into what they enclose. So every part has measured pixels.
     """
     cues, planes = cues_of(frame), find_planes(cloud)
     boundaries, shadow = combination(cues), shadows(cloud.depth, frame.camera.fx)
@@ -114,4 +114,5 @@ def observation_of(
         oriented = torch.where(gaps, pb(cues.values[: len(COLOR_GRADIENTS)]).double(), boundaries.oriented)
         boundaries = BoundaryMap(oriented, oriented.amax(dim=0))
         fine = flood_gaps(fine, gaps & (boundaries.strength < _EDGE), boundaries.strength)
+        fine = flood_gaps(fine, enclosed(gaps & (fine == 0)), boundaries.strength)
     return Observation(frame, cloud, ground, boundaries, cues.values.amax(dim=1), planes, fine)

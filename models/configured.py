@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from hydra import compose, initialize_config_dir
-from hydra.utils import instantiate
+from hydra.utils import get_class, instantiate
 from omegaconf import DictConfig, OmegaConf
 
 import blockstab
 from blockstab.parsing.parser import Parser
 from models.potentials.examples import ExampleMaker
-from models.potentials.parsing import parsing_potentials
+from models.potentials.heads import HEADS
+from models.potentials.parsing import ParsingPotentials, parsing_potentials
 
 # Beside the package where it is installed, and in the root of a checkout.
 _PLACES = (Path(blockstab.__file__).parent / "configs", Path(blockstab.__file__).parents[1] / "configs")
@@ -88,9 +89,11 @@ def see_own_code() -> None:
 class ParserMaker:
     """Makes parsers of configurations. Parts that are configured alike are one: what they compute is shared."""
 
-    def __init__(self) -> None:
-        """Nothing is known yet."""
+    def __init__(self, heads: Iterable[str] = ()) -> None:
+        """Nothing is known yet, but for the paths of classes of heads that potentials may name beside ours."""
         self._known: dict[str, Any] = {}
+        own: list[Any] = [get_class(path) for path in heads]
+        self._heads = {**HEADS, **{head.name: head for head in own}}
 
     def __call__(self, usual: DictConfig, given: Mapping[str, Any] | None = None) -> Parser:
         """The parser of a configuration like `parse.yaml`; `given` has those of its parts that are to be others."""
@@ -100,11 +103,14 @@ class ParserMaker:
     def _part(self, name: str, node: Any) -> Any:
         key = OmegaConf.to_yaml(node, resolve=True) if OmegaConf.is_config(node) else f"{name}: {node}"
         if key not in self._known:
-            self._known[key] = _made_part(name, node)
+            self._known[key] = self._made(name, node)
         return self._known[key]
 
+    def _made(self, name: str, node: Any) -> Any:
+        if name == "seed":
+            return int(node)
+        return self.potentials(node) if name == "potentials" else made(node)
 
-def _made_part(name: str, node: Any) -> Any:
-    if name == "seed":
-        return int(node)
-    return parsing_potentials(node) if name == "potentials" else made(node)
+    def potentials(self, path: str) -> ParsingPotentials:
+        """The potentials of a path, or of a shipped name."""
+        return parsing_potentials(path, self._heads)

@@ -13,7 +13,7 @@ from blockstab.features.appearance.pair_columns import APPEARANCE_COLUMNS
 from blockstab.rgbd.ground import Ground
 from blockstab.scene.types import Pairs, Scene
 from blockstab.segments.segmentation import Pair, Segmentation
-from tests.worlds import Block, build, judge_boxes
+from blockstab.testing.worlds import Block, build, judge_boxes
 
 FIT_MEAN, FIT_VARIANCE, VISIBLE = 0.002, 1e-6, 0.75
 

@@ -1,110 +1,26 @@
-"""Photographs of blocks on a table, with the noise of a depth camera: what stands where is known exactly."""
+"""What tests need around photographs of blocks: search inputs, builders, segmentations gone wrong, scene folders."""
 
 from __future__ import annotations
 
 import json
-import math
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import torch
 from PIL import Image
-from torch import Tensor
 
-from blockstab.boxes.box import Boxes
 from blockstab.observation import given_ground, observe
 from blockstab.proposals import Proposal
 from blockstab.proposals.files import LabelFile
 from blockstab.proposals.search_input import SearchInput, make_search_input
-from blockstab.rgbd.frame import Camera, Frame
+from blockstab.rgbd.frame import Frame
 from blockstab.scene.builder import SceneBuilder
 from blockstab.scene.inference import Rules
 from blockstab.segments.hierarchy import build_hierarchy, split
 from blockstab.segments.segmentation import Segmentation
-from tests.worlds import Block, build
+from blockstab.testing.photographs import Photograph
 
-HEIGHT, WIDTH, FOCAL = 144, 192, 260.0  # pixels
-TABLE_Y, DISTANCE = -0.55, 0.85  # metres: the table below the camera, the blocks' origin before it
-PITCH_DEG = 33.0
-TABLE = 1
-NOISE = 5e-4  # 1/m, of inverse depth: half a millimetre at one metre
-
-# Labels 2, 3, 4, 5: a tower of two beside a low box and a high one.
-BLOCKS = (
-    Block(-0.12, 0, 0.16, 0.08, d=0.12),
-    Block(-0.12, 0.08, 0.12, 0.07, d=0.1),
-    Block(0.06, 0, 0.12, 0.06, z=0.06, d=0.1),
-    Block(0.13, 0, 0.08, 0.16, z=-0.1, d=0.08),
-)
 LEAST_PX = 40  # of a part
-SHADES = (190, 60, 150, 100, 215)
-
-
-@dataclass(frozen=True)
-class Photograph:
-    """An image and its truth: label 1 is the table, block k is k + 2; `boxes` are in the world frame."""
-
-    frame: Frame
-    boxes: Boxes
-
-
-def photograph(
-    *blocks: Block, turn_deg: float = 25.0, noise: float = NOISE, seed: int = 0, name: str = "blocks"
-) -> Photograph:
-    """Look down on blocks that stand around the middle of a table, turned together about the vertical.
-
-    Args:
-        turn_deg: of the table, so that the camera sees two sides of each block.
-        noise: standard deviation of inverse depth, 1/m; seed: of the noise.
-    """
-    placed = placed_boxes(blocks, turn_deg)
-    cos, sin = math.cos(math.radians(PITCH_DEG)), math.sin(math.radians(PITCH_DEG))
-    turn = torch.tensor([[1.0, 0.0, 0.0], [0.0, -cos, -sin], [0.0, sin, -cos]], dtype=torch.float64)
-    camera = Camera(FOCAL, FOCAL, (WIDTH - 1) / 2, (HEIGHT - 1) / 2)
-    v, u = torch.meshgrid(torch.arange(HEIGHT).double(), torch.arange(WIDTH).double(), indexing="ij")
-    rays = torch.stack([(u - camera.cx) / FOCAL, (v - camera.cy) / FOCAL, torch.ones_like(u)], dim=2) @ turn.T
-    depth = torch.where(rays[..., 1] < 0, TABLE_Y / rays[..., 1], torch.inf)
-    label = torch.full((HEIGHT, WIDTH), TABLE)
-    for k in range(len(placed)):
-        entry = _entry(placed[k : k + 1], rays)
-        nearer = entry < depth
-        depth, label = torch.where(nearer, entry, depth), torch.where(nearer, k + 2, label)
-    random = torch.randn(depth.shape, generator=torch.Generator().manual_seed(seed), dtype=torch.float64)
-    depth = torch.where(depth < 4.0, 1 / (1 / depth + noise * random), 0.0)
-    depth = (1000 * depth).round() / 1000  # a depth image holds whole millimetres
-    label = torch.where(depth > 0, label, 0)
-    # Stripes cut what is seen into atoms, so that a search has something to split.
-    stripe = torch.where((u + 2 * v) % 24 < 12, 40, 0).long()
-    color = torch.tensor([0, *SHADES])[label.clamp(max=len(SHADES))] + torch.where(label > TABLE, stripe, 0)
-    background = (TABLE, *(k + 2 for k, block in enumerate(blocks) if block.fixed))
-    frame = Frame(
-        name,
-        color[..., None].expand(-1, -1, 3).to(torch.uint8).contiguous(),
-        depth,
-        camera,
-        label,
-        background,
-        turn[1],
-    )
-    return Photograph(frame, placed)
-
-
-def placed_boxes(blocks: tuple[Block, ...], turn_deg: float) -> Boxes:
-    """The blocks in the world frame of the photograph."""
-    boxes, _ = build(*blocks)
-    cos, sin = math.cos(math.radians(turn_deg)), math.sin(math.radians(turn_deg))
-    turn = torch.tensor([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]], dtype=torch.float64)
-    turned = boxes.rotated(turn)
-    return replace(turned, center=turned.center + turned.center.new_tensor([0.0, TABLE_Y, -DISTANCE]))
-
-
-def _entry(box: Boxes, rays: Tensor) -> Tensor:
-    """(H, W) how many times its ray it is from the origin to the box; infinite where the ray misses it."""
-    direction, start = rays @ box.rotation[0], -box.center[0] @ box.rotation[0]
-    ends = torch.stack([(sign * box.half_extent[0] - start) / direction for sign in (-1, 1)])
-    enter, leave = ends.amin(dim=0).amax(dim=-1), ends.amax(dim=0).amin(dim=-1)
-    return torch.where((enter < leave) & (enter > 0), enter, torch.inf)
 
 
 def view_of(photo: Photograph, proposal: Proposal | None = None) -> SearchInput:

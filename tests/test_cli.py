@@ -17,9 +17,10 @@ from typer.testing import CliRunner
 
 from blockstab.cli import app
 from blockstab.output.export import scene_schema
+from blockstab.testing.photographs import BLOCKS, photograph
 from models.potentials.checkpoint import save_potentials
 from models.potentials.heads import Potential
-from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.synthetic import write_folder
 from tests.toy_potentials import kinds_of, linear, toy_potentials
 
 HALVES = """\

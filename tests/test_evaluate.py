@@ -15,9 +15,10 @@ from omegaconf import DictConfig
 import evaluate
 from blockstab.determinism import fingerprint
 from blockstab.features.columns import COLUMNS
+from blockstab.testing.photographs import BLOCKS, photograph
 from models.potentials.checkpoint import save_potentials
 from tests.docs.pages import composed
-from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.synthetic import write_folder
 from tests.tolerance import EXACT
 from tests.toy_potentials import linear, toy_potentials
 

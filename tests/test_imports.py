@@ -25,7 +25,7 @@ ORDER = (
         "scene",
     ),
     *("features", "proposals", "energy", "search", "parsing", "output"),
-    *("datasets", "simulation", "evaluation", "cli"),
+    *("datasets", "simulation", "evaluation", "testing", "cli"),
 )
 HEAVY = ("open3d", "pytorch_lightning", "mujoco", "plotly", "sklearn", "hydra", "numba")
 SOURCES = sorted((ROOT / "blockstab").rglob("*.py"))

@@ -15,8 +15,8 @@ from blockstab.proposals.search_input import make_search_input
 from blockstab.rgbd.cloud import SENSOR_STEP
 from blockstab.rgbd.frame import Frame
 from blockstab.segments.pieces import connected_pieces
-from tests.synthetic import photograph
-from tests.worlds import Block
+from blockstab.testing.photographs import photograph
+from blockstab.testing.worlds import Block
 
 SCREEN = Block(0, 0, 0.26, 0.2, d=0.04)
 FRAME_PX = 4  # the width of the screen's frame, which the sensor sees

@@ -15,11 +15,12 @@ from blockstab.features.columns import feature_set
 from blockstab.parsing.parser import Parser
 from blockstab.proposals.watershed import Watershed
 from blockstab.search.rsamp import RSamp
+from blockstab.testing.photographs import BLOCKS, photograph
 from models.potentials.heads import TreesHead
 from models.potentials.parsing import parsing_potentials
 from models.potentials.rows import KINDS
 from tests.docs.pages import composed
-from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.synthetic import write_folder
 from tests.tolerance import EXACT
 
 QUICK = [

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from blockstab.testing.photographs import BLOCKS, photograph
 from tests.docs.pages import ROOT
-from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.synthetic import write_folder
 
 START = {
     "blockstab": "from blockstab.cli import main; main()",

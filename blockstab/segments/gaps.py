@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import torch
 from scipy.ndimage import maximum_filter, minimum_filter
-from skimage.segmentation import watershed
+from skimage.measure import label as components
+from skimage.segmentation import clear_border, watershed
 from torch import Tensor
 
 REACH_PX = 3
@@ -28,6 +29,11 @@ def fill_gaps(label: Tensor, reach_px: int = REACH_PX) -> Tensor:
     closed = without_gaps(label > 0, reach_px)
     flooded = watershed(torch.zeros_like(label).numpy(), label.numpy(), mask=closed.numpy(), connectivity=1)
     return torch.from_numpy(flooded).to(torch.int64)
+
+
+def enclosed(mask: Tensor) -> Tensor:
+    """(H, W) bool, those 4-connected pieces of a mask that do not touch the rim of the image."""
+    return torch.from_numpy(clear_border(components(mask.numpy(), connectivity=1)) > 0)
 
 
 def flood_gaps(label: Tensor, gaps: Tensor, height: Tensor) -> Tensor:

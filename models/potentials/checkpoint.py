@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
@@ -14,7 +15,7 @@ from safetensors import SafetensorError
 from torch import Tensor
 
 from blockstab.output.export import write_whole
-from models.potentials.heads import Potential
+from models.potentials.heads import HEADS, Potential
 from models.potentials.record import CheckpointError, Record, read_record
 
 MAX_BYTES = 64 * 2**20  # of either file; potentials take kilobytes
@@ -59,7 +60,7 @@ def save_potentials(
         provenance: anything JSON can hold.
 
     Raises:
-        ValueError: if a kind is missing or unknown, or a head's class is not in `models.potentials.heads.HEADS`.
+        ValueError: if a kind is missing or unknown, or a head's class has no name of its own.
     """
     # Copies, since safetensors refuses tensors that share memory: one potential may serve two kinds.
     weights = safetensors.torch.save({key: t.clone() for key, t in _tensors(potentials).items()})
@@ -71,12 +72,13 @@ def save_potentials(
     write_whole(record_file, record.encode())
 
 
-def load_potentials(path: Path | str) -> Potentials:
+def load_potentials(path: Path | str, heads: Mapping[str, type[Any]] = HEADS) -> Potentials:
     """Read what `save_potentials` wrote.
 
     Args:
         path: a name without folder and suffix, such as "svm", for potentials that come with this package;
             else the path of the `.json` or of the `.safetensors`, or what the two share.
+        heads: the classes that it may name; none is looked for anywhere else.
 
     Returns:
         Potentials equal, bit for bit, to those saved; their parameters ask for no gradient.
@@ -86,7 +88,7 @@ def load_potentials(path: Path | str) -> Potentials:
     """
     stem = _stem(path)
     record_file, weights_file = _files(stem)
-    record = read_record(record_file, _content(record_file))
+    record = read_record(record_file, _content(record_file), heads)
     weights = _content(weights_file)
     digest = hashlib.sha256(weights).hexdigest()
     if digest != record.sha256:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar
 
 import torch
 from torch import Tensor, nn
@@ -19,6 +19,9 @@ class Head(nn.Module):
     Args:
         arguments: those of its own constructor beside `features`, by name; a checkpoint stores them.
     """
+
+    name: ClassVar[str]
+    """What a checkpoint calls this class; it never holds the code of one."""
 
     grid: tuple[float, ...] = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
     """Values of C, the inverse strength of the penalty, to choose from."""
@@ -38,6 +41,8 @@ class Head(nn.Module):
 class LinearHead(Head):
     """w^T x + b (Eq. 3 and Eq. 4): features (N, F) to potentials (N,)."""
 
+    name = "linear"
+
     def __init__(self, features: int) -> None:
         super().__init__({})
         self.linear = nn.Linear(features, 1)
@@ -49,6 +54,8 @@ class LinearHead(Head):
 
 class MLPHead(Head):
     """A small network in place of Eq. 3 and Eq. 4: features (N, F) to potentials (N,)."""
+
+    name = "mlp"
 
     def __init__(self, features: int, hidden: int = 32) -> None:
         super().__init__({"hidden": hidden})
@@ -68,6 +75,7 @@ class TreesHead(Head):
         length: bytes of the text; 0 before training, when every potential is 0.
     """
 
+    name = "trees"
     grid = (1.0,)
     text: Tensor
 
@@ -118,7 +126,8 @@ class TreesHead(Head):
 HeadFactory = Callable[[int], Head]  # from the number of features: a class above, or a partial of one
 
 # The names a checkpoint may hold. A head of your own becomes loadable by adding it here.
-HEADS: dict[str, type[Any]] = {"linear": LinearHead, "mlp": MLPHead, "trees": TreesHead}
+HEADS: Mapping[str, type[Any]] = {head.name: head for head in (LinearHead, MLPHead, TreesHead)}
+"""The heads that a checkpoint may name, unless its reader is told of more."""
 
 
 def initialised(head: HeadFactory, features: int, seed: int) -> Head:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from torch import Tensor
 
 from blockstab.features.columns import COLUMNS
 from models.potentials.checkpoint import Potentials, chosen_columns, load_potentials
-from models.potentials.heads import Potential
+from models.potentials.heads import HEADS, Potential
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,6 @@ def choosing(potentials: Potentials) -> ParsingPotentials:
     )
 
 
-def parsing_potentials(path: Path | str) -> ParsingPotentials:
+def parsing_potentials(path: Path | str, heads: Mapping[str, type[Any]] = HEADS) -> ParsingPotentials:
     """Load potentials as `load_potentials` does, ready for a parse."""
-    return choosing(load_potentials(path))
+    return choosing(load_potentials(path, heads))

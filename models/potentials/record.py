@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Set
+from collections.abc import Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -41,7 +41,7 @@ class Record:
         _check_keys("the potentials", self.potentials, _KINDS)
 
     def text(self) -> str:
-        """The JSON; ValueError if a head's class is not in `models.potentials.heads.HEADS`."""
+        """The JSON; ValueError if a head's class has no name of its own."""
         record = {
             "format": FORMAT,
             "sha256": self.sha256,
@@ -52,8 +52,8 @@ class Record:
         return json.dumps(record, indent=1, allow_nan=False) + "\n"
 
 
-def read_record(path: Path, content: bytes) -> Record:
-    """The record in the bytes of `path`; CheckpointError, naming `path`, if there is none."""
+def read_record(path: Path, content: bytes, heads: Mapping[str, type[Any]] = HEADS) -> Record:
+    """The record in the bytes of `path`, of these heads; CheckpointError, naming `path`, if there is none."""
     try:
         record = json.loads(content)
         if isinstance(record, dict) and record.get("format", FORMAT) != FORMAT:
@@ -67,37 +67,36 @@ def read_record(path: Path, content: bytes) -> Record:
             raise ValueError(f"sha256 must be 64 hexadecimal digits, but is {record['sha256']!r:.80}")
         if not isinstance(record["provenance"], dict):
             raise ValueError(f"provenance must be an object, but is {record['provenance']!r:.80}")
-        potentials = {kind: _empty(kind, given) for kind, given in record["potentials"].items()}
+        potentials = {kind: _empty(kind, given, heads) for kind, given in record["potentials"].items()}
     except (ValueError, RecursionError) as error:
         raise CheckpointError(f"{path} is not the record of a checkpoint: {error}.") from error
     return Record(str(record["sha256"]), potentials, float(weight), record["provenance"])
 
 
 def _description(potential: Potential) -> dict[str, Any]:
-    for name, head in HEADS.items():
-        if type(potential.head) is head:
-            return {
-                "head": name,
-                "arguments": potential.head.arguments,
-                "columns": list(potential.columns),
-            }
-    kind = type(potential.head).__name__
-    raise ValueError(
-        f"The head {kind} has no name to be stored under; add it to models.potentials.heads.HEADS."
-    )
+    head = potential.head
+    name = vars(type(head)).get("name")  # that of a base class would make another head of it when it is read
+    if not isinstance(name, str) or not name:
+        raise ValueError(
+            f"The head {type(head).__name__} has no name to be stored under; give the class a `name`."
+        )
+    return {"head": name, "arguments": head.arguments, "columns": list(potential.columns)}
 
 
-def _empty(kind: str, given: object) -> Potential:
+def _empty(kind: str, given: object, heads: Mapping[str, type[Any]]) -> Potential:
     """A potential as described, on the meta device: room for any size, and no random number is drawn."""
     description = _check_keys(kind, given, {"head", "arguments", "columns"})
     name, arguments, columns = description["head"], description["arguments"], description["columns"]
-    if not isinstance(name, str) or name not in HEADS:
-        raise ValueError(f"the {kind} head is {name!r:.80}, but must be one of {', '.join(HEADS)}")
+    if not isinstance(name, str) or name not in heads:
+        raise ValueError(
+            f"the {kind} head is {name!r:.80}, but must be one of {', '.join(heads)}; "
+            "say `heads=[module.Class]` for one of your own"
+        )
     if not isinstance(columns, list) or not columns or not all(isinstance(c, str) for c in columns):
         raise ValueError(f"the {kind} columns must be a list of names, but are {columns!r:.80}")
     try:
         with torch.device("meta"):
-            head = HEADS[name](len(columns), **arguments)
+            head = heads[name](len(columns), **arguments)
             return Potential(columns, head, torch.empty(len(columns)), torch.empty(len(columns)))
     except (TypeError, RuntimeError, OverflowError) as error:
         raise ValueError(f"the {kind} head {name!r} does not take the arguments {arguments!r:.80}") from error

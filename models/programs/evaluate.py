@@ -24,7 +24,6 @@ from models.configured import CONFIGS, PARTS, ParserMaker, example_maker, made, 
 from models.entry import one_line_errors
 from models.gathering import gathered
 from models.potentials.judging import judged
-from models.potentials.parsing import parsing_potentials
 
 # Rows of a table, once it is known of which scenes.
 RowMaker = Callable[[Comparison], list[dict[str, Any]]]
@@ -84,9 +83,8 @@ def courses(cfg: DictConfig) -> RowMaker:
 
 def judges(cfg: DictConfig) -> RowMaker:
     """How well potentials tell good segments from bad ones."""
-    potentials = {
-        name: parsing_potentials(path) for name, path in chosen_rows(cfg, cfg.experiment.potentials).items()
-    }
+    read = ParserMaker(cfg.heads).potentials
+    potentials = {name: read(path) for name, path in chosen_rows(cfg, cfg.experiment.potentials).items()}
     maker = example_maker(cfg, walks=cfg.experiment.walks, steps=cfg.experiment.steps)
 
     def rows(comparison: Comparison) -> list[dict[str, Any]]:
@@ -119,7 +117,7 @@ def chosen_rows(cfg: DictConfig, rows: DictConfig) -> dict[str, Any]:
 
 def methods_of(cfg: DictConfig) -> dict[str, Method]:
     """The methods of an experiment, by the names that its table has for them."""
-    maker, methods = ParserMaker(), {}
+    maker, methods = ParserMaker(cfg.heads), {}
     for key, given in chosen_rows(cfg, cfg.experiment.methods).items():
         strange = sorted(set(given) - {*PARTS, "name", "scores"})
         if strange:

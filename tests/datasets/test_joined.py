@@ -13,8 +13,9 @@ from blockstab.datasets.joined import JoinedScenes
 from blockstab.datasets.sets import FolderScenes
 from blockstab.datasets.splits import Folds
 from blockstab.simulation.cached import SimulatedScenes
+from blockstab.testing.photographs import BLOCKS, photograph
 from tests.docs.pages import composed
-from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.synthetic import write_folder
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import torch
 from blockstab.datasets.folder import write_scene
 from blockstab.datasets.sets import FolderScenes
 from blockstab.datasets.truth import Truth
-from tests.synthetic import BLOCKS, photograph
+from blockstab.testing.photographs import BLOCKS, photograph
 
 FRAME = photograph(*BLOCKS).frame
 PLAIN = Truth((1,), (), None, False)

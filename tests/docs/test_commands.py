@@ -27,10 +27,11 @@ from blockstab.rgbd.frame import read_scene
 from blockstab.search.moves.every import EVERY
 from blockstab.search.none import NoSearch
 from blockstab.simulation.layouts.presets import PRESETS
+from blockstab.testing.photographs import BLOCKS, photograph
 from models.potentials.checkpoint import chosen_columns, load_potentials, save_potentials
 from models.potentials.examples import ExampleMaker
 from tests.docs.pages import DOCS, PAGES, ROOT, blocks, commands, composed
-from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.synthetic import write_folder
 from tests.toy_potentials import kinds_of, toy_potentials
 
 PAGE = DOCS / "commands.md"

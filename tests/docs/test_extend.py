@@ -14,11 +14,11 @@ from hydra.utils import instantiate
 from PIL import Image
 
 import evaluate
+from blockstab.testing.photographs import BLOCKS, photograph
 from models import configured
-from models.potentials.heads import HEADS
 from tests.block_scene import STACK, picture
 from tests.docs.pages import DOCS, blocks, commands, composed
-from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.synthetic import write_folder
 from tests.tolerance import EXACT
 from tests.toy_potentials import toy_potentials
 
@@ -37,10 +37,7 @@ def mine(tmp_path, monkeypatch):
             target.write_text(text)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
-    heads = dict(HEADS)
     yield tmp_path / "mine"
-    HEADS.clear()
-    HEADS.update(heads)
     for name in [name for name in sys.modules if name.split(".")[0] == "mine"]:
         del sys.modules[name]
 
@@ -70,11 +67,11 @@ def test_the_proposal_of_the_page_finds_the_blocks(mine):
 def test_the_head_of_the_page_is_taken_by_training(mine):
     head = instantiate(composed("train", ["potential=quadratic"], mine).potential)
     assert head(5)(torch.zeros(3, 5)).shape == (3,)
-    assert type(head(5)) in HEADS.values()
+    assert head(5).name == "quadratic"
 
 
 def test_the_experiment_of_the_page_makes_its_parsers(mine, monkeypatch):
-    monkeypatch.setattr(configured, "parsing_potentials", lambda _: toy_potentials())
+    monkeypatch.setattr(configured, "parsing_potentials", lambda *_: toy_potentials())
     changed = ["experiment=climbing", "experiment.methods.climb.search.moves=20"]
     methods = evaluate.methods_of(composed("evaluate", changed, mine))
     assert {name: type(method.parser.search).__name__ for name, method in methods.items()} == {
@@ -97,3 +94,24 @@ def test_every_command_of_the_page_is_accepted(mine, program):
     for option, folder, *overrides in found:
         assert (option, folder) == ("--config-dir", "mine")
         composed(program, overrides, mine)
+
+
+@pytest.mark.parametrize("kind", ["Swallow", "Climb", "Careful"])
+def test_the_parts_of_the_page_keep_the_contracts_of_the_page(mine, kind):
+    names: dict[str, Any] = {"__name__": "test_mine"}
+    exec(compile((mine / "test_mine.py").read_text(), "test_mine.py", "exec", dont_inherit=True), names)
+    tests = names[f"Test{kind}"]()
+    for name in dir(tests):
+        if name.startswith("test_"):
+            getattr(tests, name)()
+
+
+def test_the_data_set_of_the_page_is_read(mine):
+    made = instantiate(composed("evaluate", ["data=dimmed", f"data.root={mine.parent}"], mine).data)
+    (scene,) = made.scenes()
+    assert made.read(scene)[0].color.max() < 128
+
+
+def test_the_judge_of_the_page_is_asked_by_the_rules(mine):
+    rules = instantiate(composed("parse", ["judge=careful", "judge.least_margin_m=0.03"], mine).rules)
+    assert rules.judge.least_margin_m == 0.03

@@ -11,9 +11,10 @@ import pytest
 from PIL import Image
 
 from blockstab.features.columns import COLUMNS
+from blockstab.testing.photographs import BLOCKS, photograph
 from models.potentials.checkpoint import save_potentials
 from tests.docs.pages import DOCS
-from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.synthetic import write_folder
 from tests.toy_potentials import toy_potentials
 
 SVG = "{http://www.w3.org/2000/svg}"

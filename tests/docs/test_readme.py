@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from blockstab.testing.photographs import BLOCKS, photograph
 from tests.docs.pages import ROOT, blocks, composed
-from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.synthetic import write_folder
 
 PAGE = ROOT / "README.md"
 

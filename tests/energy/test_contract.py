@@ -15,9 +15,10 @@ from blockstab.proposals.search_input import SearchInput
 from blockstab.scene.types import Scene
 from blockstab.search.problem import EnergyFactory
 from blockstab.segments.hierarchy import build_hierarchy
+from blockstab.testing.photographs import BLOCKS, photograph
 from models.potentials.heads import LinearHead, MLPHead
 from tests.search.watched import in_scene
-from tests.synthetic import BLOCKS, builder, photograph, variants, view_of
+from tests.synthetic import builder, variants, view_of
 from tests.tolerance import COMPANY
 from tests.toy_potentials import random_potentials, toy_potentials
 

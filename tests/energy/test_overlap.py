@@ -22,14 +22,15 @@ from blockstab.search.moves.every import EVERY
 from blockstab.search.problem import problem_of
 from blockstab.search.truth import true_segmentation
 from blockstab.segments.segmentation import Segmentation
+from blockstab.testing.photographs import BLOCKS, photograph
+from blockstab.testing.worlds import Block
 from models.potentials.examples import Neutral
 from models.potentials.heads import LinearHead, initialised
 from models.potentials.perturbing import walks
 from tests.box_scene import scene_of
 from tests.energy.described import described, first_column
-from tests.synthetic import BLOCKS, photograph, view_of
+from tests.synthetic import view_of
 from tests.tolerance import COMPANY, EXACT
-from tests.worlds import Block
 
 ENERGY = ExpectedOverlap(first_column, first_column, weight=0.5)
 TABLE = Block(0, -0.1, 4.0, 0.1, d=4.0, fixed=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from blockstab.energy.paper import NEUTRAL, PaperEnergy
+from blockstab.testing.worlds import Block
 from tests.box_scene import scene_of
 from tests.energy.described import described, first_column
 from tests.tolerance import EXACT
-from tests.worlds import Block
 
 ENERGY = PaperEnergy(first_column, first_column)
 ROW = (Block(0, 0, 0.1, 0.1), Block(0.3, 0, 0.1, 0.1), Block(0.9, 0, 0.1, 0.1))

@@ -17,10 +17,11 @@ from blockstab.rgbd.frame import read_scene
 from blockstab.search import rank
 from blockstab.search.moves.every import EVERY
 from blockstab.search.problem import Problem
+from blockstab.testing.photographs import BLOCKS, photograph
+from blockstab.testing.worlds import Block
 from models.potentials.perturbing import walks
 from tests.search.watched import blocks_view, seeded, watched
-from tests.synthetic import BLOCKS, over_split, photograph, view_of
-from tests.worlds import Block
+from tests.synthetic import over_split, view_of
 
 SCENES = {
     "blocks": BLOCKS,

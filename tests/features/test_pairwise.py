@@ -18,10 +18,10 @@ from blockstab.features.pairwise import (
     pairwise_features,
 )
 from blockstab.scene.types import Scene
-from tests import worlds
+from blockstab.testing import worlds
+from blockstab.testing.worlds import Block
 from tests.box_scene import alike, scene_of, scene_of_boxes
 from tests.tolerance import EXACT
-from tests.worlds import Block
 
 VOLUME = 0.2 * 0.1 * 0.1
 

@@ -5,10 +5,11 @@ from hydra.utils import instantiate
 from blockstab.datasets.sets import FolderScenes
 from blockstab.proposals.files import LabelFile
 from blockstab.search.moves.every import EVERY
+from blockstab.testing.photographs import BLOCKS, photograph
 from models.entry import one_line_errors
 from models.gathering import examples_of
 from models.potentials.examples import ExampleMaker
-from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.synthetic import write_folder
 
 
 def test_a_callers_mistake_becomes_one_line_and_exit_status_1():

@@ -21,10 +21,11 @@ from blockstab.scene.inference import Rules
 from blockstab.search.moves.merge import Merge
 from blockstab.search.moves.split import Split
 from blockstab.stability.judges import EverySupport
+from blockstab.testing.photographs import BLOCKS, photograph
 from models.gathering import as_tensors, from_tensors, gathered, scene_generator
 from models.potentials.examples import ExampleMaker
 from models.potentials.rows import Examples
-from tests.synthetic import BLOCKS, photograph, write_folder
+from tests.synthetic import write_folder
 from tests.toy_potentials import toy_potentials
 
 MAKER = ExampleMaker((Watershed(),), (Split(), Merge()), walks=1, steps=1, most_masks=5)

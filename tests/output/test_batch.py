@@ -28,7 +28,8 @@ from blockstab.search.greedy import Greedy
 from blockstab.search.none import NoSearch
 from blockstab.search.rsamp import RSamp
 from blockstab.stability.judges import EverySupport
-from tests.synthetic import BLOCKS, photograph, write_folder
+from blockstab.testing.photographs import BLOCKS, photograph
+from tests.synthetic import write_folder
 from tests.toy_potentials import random_potentials, toy_potentials
 
 QUICK = Parser(LabelFile(), NoSearch(), toy_potentials())

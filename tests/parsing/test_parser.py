@@ -25,7 +25,7 @@ from blockstab.rgbd.frame import Frame
 from blockstab.search.greedy import Greedy
 from blockstab.search.none import NoSearch
 from blockstab.search.rsamp import RSamp
-from tests.synthetic import BLOCKS, photograph
+from blockstab.testing.photographs import BLOCKS, photograph
 from tests.tolerance import EXACT
 from tests.toy_potentials import toy_potentials
 

@@ -21,18 +21,10 @@ from blockstab.scene.types import Scene
 from blockstab.segments.segmentation import Segmentation
 from blockstab.stability.judges import EverySupport
 from blockstab.stability.support import GROUND, SupportType, tilt
-from tests.synthetic import (
-    BLOCKS,
-    TABLE_Y,
-    Photograph,
-    builder,
-    over_split,
-    photograph,
-    variants,
-    view_of,
-)
+from blockstab.testing.photographs import BLOCKS, TABLE_Y, Photograph, photograph
+from blockstab.testing.worlds import Block
+from tests.synthetic import builder, over_split, variants, view_of
 from tests.tolerance import COMPANY
-from tests.worlds import Block
 
 MM = 1e-3
 # A plank of 0.3 m that leans at 30 degrees to the vertical on a block on its left.

@@ -8,8 +8,8 @@ import torch
 from blockstab.scene.islands import REACH_M, Island, IslandTable, island_numbers, joined, overlaid
 from blockstab.stability.balance import Balance
 from blockstab.stability.support import GROUND
-from tests import worlds
-from tests.worlds import Block, build, judge
+from blockstab.testing import worlds
+from blockstab.testing.worlds import Block, build, judge
 
 
 def numbers(*blocks: Block) -> list[int]:

@@ -12,9 +12,10 @@ from blockstab.search.best_cut import BestCut
 from blockstab.search.problem import MIN_SEGMENT_PX, Problem
 from blockstab.segments.hierarchy import nodes
 from blockstab.segments.segmentation import Segment, Segmentation
+from blockstab.testing.photographs import BLOCKS, photograph
+from blockstab.testing.worlds import Block
 from tests.search.watched import blocks_view, seeded, watched
-from tests.synthetic import BLOCKS, over_split, photograph, view_of
-from tests.worlds import Block
+from tests.synthetic import over_split, view_of
 
 SMALL = view_of(photograph(*BLOCKS[:2]))
 TINY = view_of(photograph(Block(0, 0, 0.05, 0.05, d=0.05), BLOCKS[0]))

@@ -19,10 +19,11 @@ from blockstab.search.moves.split import Split
 from blockstab.search.none import NoSearch
 from blockstab.search.rsamp import RSamp
 from blockstab.search.truth import Truth
+from blockstab.testing.photographs import photograph
+from blockstab.testing.worlds import Block
 from tests.search.watched import Watched, blocks_view, seeded, watched
-from tests.synthetic import over_split, photograph, view_of
+from tests.synthetic import over_split, view_of
 from tests.tolerance import COMPANY
-from tests.worlds import Block
 
 PAPER = RSamp((Split(), Merge()), 5, 5, 3, 5, (Greedy(),))
 SEARCHES: dict[str, Search] = {

@@ -13,8 +13,9 @@ from blockstab.proposals.watershed import Watershed
 from blockstab.search.problem import Problem
 from blockstab.search.truth import Truth, true_segmentation
 from blockstab.segments.overlap import Overlap
+from blockstab.testing.photographs import BLOCKS, photograph
 from tests.search.watched import blocks_view, seeded, watched
-from tests.synthetic import BLOCKS, photograph, view_of
+from tests.synthetic import view_of
 
 FRAME = photograph(*BLOCKS).frame
 

@@ -19,7 +19,8 @@ from blockstab.scene.inference import Rules
 from blockstab.scene.types import Scene
 from blockstab.search.problem import EnergyFactory, Potentials, Problem, problem_of
 from blockstab.segments.segmentation import Segmentation
-from tests.synthetic import BLOCKS, photograph, view_of
+from blockstab.testing.photographs import BLOCKS, photograph
+from tests.synthetic import view_of
 from tests.toy_potentials import toy_potentials
 
 

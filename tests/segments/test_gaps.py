@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import torch
 
-from blockstab.segments.gaps import fill_gaps, without_gaps
+from blockstab.segments.gaps import enclosed, fill_gaps, without_gaps
 
 
 @pytest.mark.parametrize(("width", "closes"), [(1, True), (6, True), (7, False)])
@@ -40,3 +40,13 @@ def test_filling_leaves_its_input_alone() -> None:
 
 def test_an_image_without_labels_stays_empty() -> None:
     assert not fill_gaps(torch.zeros(8, 8, dtype=torch.int64)).any()
+
+
+def test_what_touches_the_rim_of_the_image_is_not_enclosed() -> None:
+    mask = torch.zeros(12, 12, dtype=torch.bool)
+    mask[0, :4] = mask[3:6, 3:6] = mask[6, 6] = mask[8:, 8:] = (
+        True  # the single pixel touches by corners alone
+    )
+    wanted = torch.zeros_like(mask)
+    wanted[3:6, 3:6] = wanted[6, 6] = True
+    assert torch.equal(enclosed(mask), wanted)

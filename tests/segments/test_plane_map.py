@@ -15,9 +15,9 @@ from blockstab.observation import given_ground, observe
 from blockstab.rgbd.cloud import DISPARITY_NOISE, Cloud, cloud_from_frame
 from blockstab.rgbd.frame import Camera, Frame, read_scene
 from blockstab.segments.plane_map import PlaneFinder, PlaneMap, _fitted_again, find_planes
+from blockstab.testing.photographs import BLOCKS, NOISE, photograph
 from tests.block_scene import STACK, TABLE_Y, Block, Picture, picture
 from tests.segments.faces import Faces, faces_of
-from tests.synthetic import BLOCKS, NOISE, photograph
 from tests.tolerance import EXACT
 
 # Two walls stand on the table, and make it a room.

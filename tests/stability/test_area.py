@@ -12,10 +12,10 @@ from torch import Tensor
 from blockstab.boxes.box import Boxes
 from blockstab.geometry.convex_hulls import Polygons, area
 from blockstab.stability.area import footprints, lowest_corners, on_ground, surface_areas, touching_edges
-from tests import worlds
+from blockstab.testing import worlds
+from blockstab.testing.worlds import Block, build
 from tests.seen_boxes import random_turns
 from tests.tolerance import EXACT
-from tests.worlds import Block, build
 
 FIRST, SECOND = torch.tensor([0]), torch.tensor([1])
 

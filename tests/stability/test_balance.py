@@ -1,8 +1,8 @@
 import pytest
 
-from tests import worlds
+from blockstab.testing import worlds
+from blockstab.testing.worlds import TABLE, judge
 from tests.tolerance import EXACT
-from tests.worlds import TABLE, judge
 
 
 def test_a_block_on_the_table_stands_with_half_its_width_to_spare():

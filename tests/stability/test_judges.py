@@ -12,10 +12,10 @@ from blockstab.stability.judges import EverySupport, StabilityJudge, TrimmedSupp
 from blockstab.stability.relating import related
 from blockstab.stability.support import SupportRules, Supports, candidate_supports
 from blockstab.stability.trimming import trim
-from tests import worlds
+from blockstab.testing import worlds
+from blockstab.testing.worlds import Block, build, judge_boxes
 from tests.stability.random_piles import KINDS, Table, table
 from tests.tolerance import EXACT
-from tests.worlds import Block, build, judge_boxes
 
 
 def is_world(value: object) -> bool:

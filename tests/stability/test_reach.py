@@ -12,8 +12,8 @@ from blockstab.boxes.box import Boxes
 from blockstab.rgbd.frame import Camera
 from blockstab.rgbd.occlusion import Occlusion
 from blockstab.stability.reach import HIDDEN_SHARE, reach_down
+from blockstab.testing.worlds import Block, build
 from tests.tolerance import EXACT
-from tests.worlds import Block, build
 
 GROUND_Y = -0.6  # the camera is in the origin and looks along -z
 BOARD_Z = -0.5

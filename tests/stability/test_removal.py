@@ -1,8 +1,8 @@
 import torch
 
 from blockstab.stability.removal import falls_if_removed
-from tests import worlds
-from tests.worlds import judge
+from blockstab.testing import worlds
+from blockstab.testing.worlds import judge
 
 
 def falls(*blocks: worlds.Block) -> list[list[int]]:

@@ -3,8 +3,8 @@ import torch
 
 from blockstab.stability.refit import refit_axes
 from blockstab.stability.support import GROUND, SupportType
-from tests import worlds
-from tests.worlds import TABLE, Block, judge
+from blockstab.testing import worlds
+from blockstab.testing.worlds import TABLE, Block, judge
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.015, -0.01])  # exact contact, almost touching, sunk in

@@ -1,8 +1,8 @@
 import torch
 
 from blockstab.stability.support import GROUND, SupportType
-from tests import worlds
-from tests.worlds import TABLE, judge
+from blockstab.testing import worlds
+from blockstab.testing.worlds import TABLE, judge
 
 
 def test_the_side_support_of_touching_neighbours_is_trimmed():

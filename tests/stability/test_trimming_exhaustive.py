@@ -15,7 +15,7 @@ from blockstab.geometry.convex_hulls import hull
 from blockstab.stability.balance import EDGE_REACH
 from blockstab.stability.support import GROUND, Supports, SupportType
 from blockstab.stability.trimming import trim
-from tests.worlds import Block, StabilityResult, build, judge
+from blockstab.testing.worlds import Block, WorldVerdicts, build, judge
 
 TRIED = 4  # supports of either kind that are tried in combination; larger islands are not drawn
 CLOSE = 1e-8
@@ -57,7 +57,7 @@ def island(generator: torch.Generator) -> list[Block]:
     return blocks
 
 
-def islands(number: int) -> Iterator[StabilityResult]:
+def islands(number: int) -> Iterator[WorldVerdicts]:
     generator = torch.Generator().manual_seed(20)
     while number:
         world = judge(*island(generator))
@@ -120,7 +120,7 @@ def from_the_top_down(supports: Supports, n: int) -> list[int]:
     return order
 
 
-def broken_rules(world: StabilityResult, slack: torch.Tensor) -> list[tuple[int, set[int]]]:
+def broken_rules(world: WorldVerdicts, slack: torch.Tensor) -> list[tuple[int, set[int]]]:
     """Boxes whose kept supports are not those that the rule allows, and what was kept."""
     boxes, candidates = world.boxes, world.candidates
     n = len(boxes)

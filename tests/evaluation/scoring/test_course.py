@@ -14,7 +14,7 @@ from blockstab.parsing.parser import Parser
 from blockstab.proposals.watershed import Watershed
 from blockstab.search.greedy import Greedy
 from blockstab.search.rsamp import RSamp
-from tests.synthetic import BLOCKS, photograph
+from blockstab.testing.photographs import BLOCKS, photograph
 from tests.tolerance import EXACT
 from tests.toy_potentials import toy_potentials
 

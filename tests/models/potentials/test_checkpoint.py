@@ -14,7 +14,7 @@ import torch
 
 from models.potentials import checkpoint
 from models.potentials.checkpoint import chosen_columns, load_potentials, save_potentials
-from models.potentials.heads import Head, LinearHead, MLPHead, Potential, initialised
+from models.potentials.heads import HEADS, Head, LinearHead, MLPHead, Potential, initialised
 from models.potentials.record import CheckpointError
 from models.potentials.rows import KINDS
 
@@ -112,7 +112,7 @@ def test_a_failed_write_leaves_the_old_checkpoint_whole(saved):
     class Unknown(LinearHead):
         pass
 
-    with pytest.raises(ValueError, match=r"Unknown has no name .* models\.potentials\.heads\.HEADS"):
+    with pytest.raises(ValueError, match="Unknown has no name to be stored under"):
         save_potentials(saved, kinds(unary=potential(Unknown)), 0.5, {})
     assert load_potentials(saved).provenance == {"data": "toy"}
 
@@ -296,3 +296,16 @@ def test_a_column_that_is_not_computed_is_named_in_one_line(computed):
     with pytest.raises(CheckpointError, match=f"needs the column '{missing}'") as caught:
         chosen_columns(potential(), computed)
     assert "\n" not in str(caught.value)
+
+
+class Doubled(LinearHead):
+    name = "doubled"
+
+
+def test_a_head_of_ones_own_is_read_by_who_says_its_class_and_by_nobody_else(tmp_path):
+    save_potentials(tmp_path / "own", kinds(unary=potential(Doubled)), 0.5, {})
+    assert type(load_potentials(tmp_path / "own", {**HEADS, "doubled": Doubled}).unary.head) is Doubled
+    with pytest.raises(
+        CheckpointError, match=r"'doubled', but must be one of linear, mlp, trees; say `heads="
+    ):
+        load_potentials(tmp_path / "own")

@@ -17,11 +17,12 @@ from blockstab.search.moves.every import EVERY
 from blockstab.search.moves.merge import Merge
 from blockstab.search.moves.split import Split
 from blockstab.search.none import NoSearch
+from blockstab.testing.photographs import BLOCKS, photograph
 from models.potentials.examples import ExampleMaker, Neutral
 from models.potentials.heads import CLIP, LinearHead
 from models.potentials.rows import KINDS, Examples
 from models.potentials.training import train_potential
-from tests.synthetic import BLOCKS, builder, photograph, view_of
+from tests.synthetic import builder, view_of
 from tests.toy_potentials import toy_potentials
 
 FRAME = photograph(*BLOCKS).frame

@@ -13,8 +13,8 @@ import torch
 from blockstab.energy import Rating
 from blockstab.search.problem import Problem
 from blockstab.segments.segmentation import Segment, Segmentation
+from blockstab.testing.worlds import Block
 from tests.box_scene import scene_of
-from tests.worlds import Block
 
 TABLE = Block(0, -0.1, 4.0, 0.1, d=4.0, fixed=True)
 ROW = (TABLE, *(Block(0.3 * k, 0, 0.1, 0.1) for k in range(3)))

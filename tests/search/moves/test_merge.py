@@ -9,9 +9,9 @@ from blockstab.energy import Rating
 from blockstab.features.pairwise import boundaries
 from blockstab.search.moves.merge import Merge
 from blockstab.segments.segmentation import Segmentation
+from blockstab.testing.worlds import Block
 from tests.box_scene import scene_of
 from tests.search.moves.row import DRAWS, SHARES, TABLE, rated, shares, splitting
-from tests.worlds import Block
 
 
 def outcomes(rating: Rating) -> list[Segmentation]:

@@ -11,9 +11,10 @@ from blockstab.energy import Rating
 from blockstab.rgbd.cloud import SENSOR_STEP
 from blockstab.search.moves.unexplained import Unexplained
 from blockstab.search.problem import MIN_SEGMENT_PX, Problem
+from blockstab.testing.photographs import photograph
+from blockstab.testing.worlds import Block
 from tests.search.watched import seeded, watched
-from tests.synthetic import photograph, view_of
-from tests.worlds import Block
+from tests.synthetic import view_of
 
 LOW, HIGH = Block(0, 0, 0.06, 0.08, z=0.12, d=0.06), Block(0, 0, 0.26, 0.2, d=0.1)
 TOWER = (Block(0, 0, 0.2, 0.08, d=0.16), Block(0, 0.08, 0.1, 0.1, d=0.08))

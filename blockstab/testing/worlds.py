@@ -37,7 +37,7 @@ class Block:
 
 
 @dataclass(frozen=True)
-class StabilityResult:
+class WorldVerdicts:
     """What the rule says of a world."""
 
     boxes: Boxes
@@ -73,12 +73,12 @@ def build(*blocks: Block) -> tuple[Boxes, Tensor]:
     return boxes, torch.tensor([not b.fixed for b in blocks])
 
 
-def judge(*blocks: Block) -> StabilityResult:
+def judge(*blocks: Block) -> WorldVerdicts:
     """Ask the paper's rule about a world that stands on the ground at y = 0."""
     return judge_boxes(*build(*blocks))
 
 
-def judge_boxes(boxes: Boxes, movable: Tensor) -> StabilityResult:
+def judge_boxes(boxes: Boxes, movable: Tensor) -> WorldVerdicts:
     """The same for boxes."""
     n = len(boxes)
     first, second = torch.triu_indices(n, n, offset=1)
@@ -93,7 +93,7 @@ def judge_boxes(boxes: Boxes, movable: Tensor) -> StabilityResult:
     )
     exact = torch.zeros(n, dtype=torch.float64)
     supports = trim(boxes, candidates, exact)
-    return StabilityResult(boxes, movable, candidates, supports, balance(boxes, movable, supports, exact))
+    return WorldVerdicts(boxes, movable, candidates, supports, balance(boxes, movable, supports, exact))
 
 
 TABLE = (GROUND, "surface")
