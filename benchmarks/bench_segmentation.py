@@ -85,12 +85,12 @@ def test_planes(benchmark: BenchmarkFixture, observation: Observation) -> None:
 
 def test_atoms(benchmark: BenchmarkFixture, observation: Observation) -> None:
     benchmark(
-        over_segment, observation.boundaries.strength, observation.cloud.valid, observation.planes.label
+        over_segment, observation.boundary_map.strength, observation.cloud.valid, observation.planes.label
     )
 
 
 def test_hierarchy(benchmark: BenchmarkFixture, observation: Observation) -> None:
-    benchmark(lambda: build_hierarchy(make_atoms(observation.fine, observation.boundaries.strength)))
+    benchmark(lambda: build_hierarchy(make_atoms(observation.fine, observation.boundary_map.strength)))
 
 
 def test_edgelets(benchmark: BenchmarkFixture, observation: Observation) -> None:
@@ -105,7 +105,7 @@ def test_appearance_of_the_atoms(benchmark: BenchmarkFixture, observation: Obser
     edgelets = trace_edgelets(observation.fine)
 
     def rows() -> Tensor:
-        return edgelet_appearance(viewed_regions(views, observation.fine), edgelets, observation.boundaries)
+        return edgelet_appearance(viewed_regions(views, observation.fine), edgelets, observation.boundary_map)
 
     assert benchmark(rows).shape == (len(edgelets), 51)
 

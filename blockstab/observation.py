@@ -44,7 +44,7 @@ class Observation:
         frame: the image.
         cloud: its points, in the world frame.
         ground: the ground plane, and which way is up.
-        boundaries: how likely each pixel is to lie between two objects.
+        boundary_map: how likely each pixel is to lie between two objects.
         cues: (8, H, W) float32 how strong each of `CUES` is, whichever way it runs.
         planes: its large planes.
         fine: (H, W) int64 the over-segmentation: 0 = none, parts from 1, each 4-connected.
@@ -53,7 +53,7 @@ class Observation:
     frame: Frame
     cloud: Cloud
     ground: Ground
-    boundaries: BoundaryMap
+    boundary_map: BoundaryMap
     cues: Tensor
     planes: PlaneMap
     fine: Tensor
@@ -107,12 +107,12 @@ def observation_of(
     their colour goes on; and then, across edges too, into what they enclose. So every part has measured pixels.
     """
     cues, planes = cues_of(frame), find_planes(cloud)
-    boundaries, shadow = combination(cues), shadows(cloud.depth, frame.camera.fx)
-    fine = over_segment(boundaries.strength, cloud.valid, planes.label, shadow)
+    found, shadow = combination(cues), shadows(cloud.depth, frame.camera.fx)
+    fine = over_segment(found.strength, cloud.valid, planes.label, shadow)
     gaps = ~cloud.valid & (fine == 0) & (shadow < 0)
     if bool(gaps.any()):
-        oriented = torch.where(gaps, pb(cues.values[: len(COLOR_GRADIENTS)]).double(), boundaries.oriented)
-        boundaries = BoundaryMap(oriented, oriented.amax(dim=0))
-        fine = flood_gaps(fine, gaps & (boundaries.strength < _EDGE), boundaries.strength)
-        fine = flood_gaps(fine, enclosed(gaps & (fine == 0)), boundaries.strength)
-    return Observation(frame, cloud, ground, boundaries, cues.values.amax(dim=1), planes, fine)
+        oriented = torch.where(gaps, pb(cues.values[: len(COLOR_GRADIENTS)]).double(), found.oriented)
+        found = BoundaryMap(oriented, oriented.amax(dim=0))
+        fine = flood_gaps(fine, gaps & (found.strength < _EDGE), found.strength)
+        fine = flood_gaps(fine, enclosed(gaps & (fine == 0)), found.strength)
+    return Observation(frame, cloud, ground, found, cues.values.amax(dim=1), planes, fine)

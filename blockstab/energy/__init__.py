@@ -22,7 +22,7 @@ class Rating:
     Args:
         scene: N segments.
         unary: (N,) potential of each segment, background too.
-        pairwise: (M,) potential of each pair of `boundaries(scene)`.
+        pairwise: (M,) potential of each pair of `neighbour_pairs(scene)`.
         energy: 0-d; it carries a gradient where the potentials do.
     """
 

@@ -13,7 +13,7 @@ from torch import Tensor
 from blockstab.energy import Potential, Rating, asked
 from blockstab.features.columns import LONE_COLUMNS, SEGMENT_COLUMNS
 from blockstab.features.description import Described
-from blockstab.features.pairwise import boundaries
+from blockstab.features.pairwise import neighbour_pairs
 from blockstab.proposals.search_input import SearchInput
 from blockstab.segments.segmentation import Segment, Segmentation
 
@@ -104,7 +104,7 @@ class Parts:
 def parts_of(one: Described) -> Parts:
     """Of one scene."""
     scene, area = one.scene, one.scene.pixels.double()
-    smaller = area[boundaries(scene)[1]]
+    smaller = area[neighbour_pairs(scene)[1]]
     first, of_boundaries = (torch.zeros(len(rows), dtype=torch.int64) for rows in (area, smaller))
     return Parts(area, scene.background, one.lost, smaller, first, of_boundaries)
 

@@ -64,7 +64,7 @@ def _maps(observation: Observation) -> Tensor:
         ].amax(dim=0)
         for source in _SOURCES
     ]
-    return torch.stack([observation.boundaries.strength, *(sign.double() for sign in cues)])
+    return torch.stack([observation.boundary_map.strength, *(sign.double() for sign in cues)])
 
 
 def _before(depth: Tensor) -> Tensor:

@@ -29,7 +29,7 @@ class Described:
     Args:
         scene: N segments, M boundaries between objects.
         unary: (N, F) float64, columns `SEGMENT_COLUMNS`.
-        pairwise: (M, 63) float64, columns `PAIRWISE_COLUMNS`, of the pairs of `boundaries(scene)`.
+        pairwise: (M, 63) float64, columns `PAIRWISE_COLUMNS`, of the pairs of `neighbour_pairs(scene)`.
         lost: (N,) float64, the share of each segment's pixels that is expected to lie on things: what is lost if
             the segment is background.
     """

@@ -50,7 +50,7 @@ BOX_COLUMNS = tuple(_FORMULAS)
 PAIRWISE_COLUMNS = (*BOX_COLUMNS, *APPEARANCE_COLUMNS)
 
 
-def boundaries(scene: Scene) -> tuple[Tensor, Tensor]:
+def neighbour_pairs(scene: Scene) -> tuple[Tensor, Tensor]:
     """The pairs that the pairwise potential judges: neighbouring objects, the larger segment first, (M,) and (M,).
 
     Where two segments have equally many pixels, the one that comes first in the scene counts as the larger.
@@ -63,14 +63,14 @@ def boundaries(scene: Scene) -> tuple[Tensor, Tensor]:
 
 
 def pairs_of(scene: Scene) -> list[Pair]:
-    """The segments of each pair of `boundaries(scene)`."""
+    """The segments of each pair of `neighbour_pairs(scene)`."""
     segments = scene.segmentation.segments
-    larger, smaller = boundaries(scene)
+    larger, smaller = neighbour_pairs(scene)
     return [(segments[a], segments[b]) for a, b in zip(larger.tolist(), smaller.tolist(), strict=True)]
 
 
 def pairwise_features(scene: Scene, appearance: Tensor) -> Tensor:
-    """Features of each pair of `boundaries(scene)`, (M, 63) float64, in the order of `PAIRWISE_COLUMNS`.
+    """Features of each pair of `neighbour_pairs(scene)`, (M, 63) float64, in the order of `PAIRWISE_COLUMNS`.
 
     Args:
         appearance: (M, 51) how the pairs of `pairs_of(scene)` look, in the order of `APPEARANCE_COLUMNS`.
@@ -79,8 +79,8 @@ def pairwise_features(scene: Scene, appearance: Tensor) -> Tensor:
 
 
 def box_features(scene: Scene) -> Tensor:
-    """What the boxes of each pair of `boundaries(scene)` say, (M, 12) float64, in the order of `BOX_COLUMNS`."""
-    larger, smaller = boundaries(scene)
+    """What the boxes of each pair of `neighbour_pairs(scene)` say, (M, 12) float64, in the order of `BOX_COLUMNS`."""
+    larger, smaller = neighbour_pairs(scene)
     n = len(scene)
     gap = torch.zeros(n, n, dtype=torch.float64)
     gap[scene.pairs.first, scene.pairs.second] = scene.pairs.gap

@@ -15,7 +15,7 @@ from blockstab.boundaries.combination import Combination, FixedWeights
 from blockstab.determinism.fingerprint import fingerprint
 from blockstab.energy import Rating
 from blockstab.energy.overlap import expected_overlap
-from blockstab.features.pairwise import boundaries
+from blockstab.features.pairwise import neighbour_pairs
 from blockstab.observation import GroundFinder, estimated_ground
 from blockstab.parsing.look import Look
 from blockstab.parsing.parsed import Parsed
@@ -169,7 +169,7 @@ def _by_pair(rating: Rating) -> Tensor:
     """(M,) the potential of every bordering pair of the scene; NaN where background takes part."""
     scene = rating.scene
     table = torch.full((len(scene), len(scene)), float("nan"), dtype=torch.float64)
-    larger, smaller = boundaries(scene)
+    larger, smaller = neighbour_pairs(scene)
     table[larger, smaller] = table[smaller, larger] = rating.pairwise
     bordering = scene.pairs.neighbours
     return table[scene.pairs.first[bordering], scene.pairs.second[bordering]]

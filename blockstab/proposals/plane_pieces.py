@@ -41,7 +41,7 @@ class Planes:
 
     def __call__(self, observation: Observation) -> Proposed:
         """Divide the image."""
-        atoms = make_atoms(observation.fine, observation.boundaries.strength)
+        atoms = make_atoms(observation.fine, observation.boundary_map.strength)
         ground = self._ground(observation)
         # What lies on no plane makes regions too, so it needs a label of its own.
         gathered = Segmentation.from_labels(
@@ -66,6 +66,6 @@ class Planes:
         return ground if int(ground.sum()) >= self.least_px else torch.zeros_like(ground)
 
     def _without_small(self, label: Tensor, observation: Observation) -> Tensor:
-        merged = absorb_small(make_atoms(label, observation.boundaries.strength), self.least_px)
+        merged = absorb_small(make_atoms(label, observation.boundary_map.strength), self.least_px)
         large = torch.bincount(merged.flatten()) >= self.least_px
         return torch.where(large[merged], merged, 0)

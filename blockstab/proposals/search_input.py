@@ -48,7 +48,7 @@ def make_search_input(observation: Observation, proposal: Proposal) -> SearchInp
     partition = _with_depth(join(fine, label), observation.cloud.valid)
     if not bool(partition.any()):
         raise ValueError(f"{observation.frame.name}: the proposal leaves no region with depth.")
-    atoms = make_atoms(partition, observation.boundaries.strength)
+    atoms = make_atoms(partition, observation.boundary_map.strength)
     label = torch.where(atoms.label > 0, label, 0)
     start = Segmentation.from_labels(atoms, label)
     return SearchInput(observation, atoms, start.telling(_known(start, atoms, label, proposed)), label)

@@ -75,9 +75,9 @@ class Silberman:
         generator = torch.Generator().manual_seed(self.seed)
         for stage in self.learned.stages:
             edgelets, regions = trace_edgelets(label), viewed_regions(views, label)
-            rows = edgelet_appearance(regions, edgelets, observation.boundaries, self.learned.variant)
+            rows = edgelet_appearance(regions, edgelets, observation.boundary_map, self.learned.variant)
             label = merged_once(label, edgelets, stage(rows), stage.threshold, self.order, generator)
-        label = absorb_small(make_atoms(label, observation.boundaries.strength), self.least_px)
+        label = absorb_small(make_atoms(label, observation.boundary_map.strength), self.least_px)
         pixels = torch.bincount(label.flatten())
         ground = torch.bincount(label[observation.on_ground], minlength=len(pixels))
         flat = (ground > self.background_share * pixels).nonzero()[:, 0].tolist()

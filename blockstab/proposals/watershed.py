@@ -40,7 +40,7 @@ class Watershed:
 
     def __call__(self, observation: Observation) -> Proposed:
         """Divide the image."""
-        strength, fine = observation.boundaries.strength, observation.fine
+        strength, fine = observation.boundary_map.strength, observation.fine
         floor = observation.on_ground & (fine > 0)
         if int(floor.sum()) < self.least_px:
             return Proposed(self._without_small(self._merged(fine, strength), strength))

@@ -12,8 +12,8 @@ from blockstab.boxes.box_cache import BoxCache, BoxFitter
 from blockstab.boxes.fitting import MinimumSurface
 from blockstab.rgbd.occlusion import Occlusion
 from blockstab.scene.islands import IslandTable, StabilityResult
+from blockstab.stability.amodal import extended_down
 from blockstab.stability.judges import StabilityJudge, TrimmedSupports
-from blockstab.stability.reach import reach_down
 from blockstab.stability.refit import UP, refit_axes
 from blockstab.stability.relating import related
 from blockstab.stability.support import SupportRules
@@ -118,7 +118,7 @@ class StabilityInference:
         floating = movable & (torch.bincount(judged.candidates.supported, minlength=len(rows)) == 0)
         if not bool(floating.any()):
             return rows
-        longer = reach_down(
+        longer = extended_down(
             self.box_cache.fits.boxes[rows],
             floating,
             (table.first, table.second),

@@ -15,7 +15,7 @@ from blockstab.segments.segmentation import Segment
 from blockstab.stability.balance import Balance, concatenate
 from blockstab.stability.support import GROUND, Supports, join
 
-REACH_M = 0.05  # objects whose shadows on the ground are further apart than this do not interact
+INTERACTION_M = 0.05  # objects whose shadows on the ground are further apart than this do not interact
 
 
 class Island(NamedTuple):
@@ -80,12 +80,12 @@ class IslandTable:
 def island_numbers(boxes: Boxes, background: Tensor, touch: Tensor) -> Tensor:
     """Which objects form an island: (N,) int64, the same number within one island; -1 for background.
 
-    Two objects belong together if the rectangles around their shadows on the ground, widened by `REACH_M` or by how
-    close they must come to touch, `touch` (N,) metres, overlap; so do those that others link.
+    Two objects belong together if the rectangles around their shadows on the ground, widened by `INTERACTION_M` or by
+    how close they must come to touch, `touch` (N,) metres, overlap; so do those that others link.
     """
     corners = boxes.corners()[..., [0, 2]]
     low, high = corners.amin(dim=1), corners.amax(dim=1)
-    reach = touch.clamp(min=REACH_M)
+    reach = touch.clamp(min=INTERACTION_M)
     reach = torch.maximum(reach[:, None], reach)[..., None]
     near = ((low[:, None] - reach <= high) & (low <= high[:, None] + reach)).all(dim=-1)
     near &= ~background & ~background[:, None]

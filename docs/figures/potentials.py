@@ -17,7 +17,7 @@ from torch import Tensor
 from sheets import GREY, Panel, close_up, searching_parser, sheet  # isort: skip
 
 from blockstab.energy import Rating
-from blockstab.features.pairwise import boundaries
+from blockstab.features.pairwise import neighbour_pairs
 from blockstab.output.coloring import borders_colored, outlined, quality_colored, tinted
 from blockstab.parsing.look import Look
 from blockstab.parsing.parser import Parser
@@ -75,7 +75,7 @@ def boundaries_colored(frame: Frame, rating: Rating, label: Tensor) -> Tensor:
     """(H, W, 3) uint8: the boundaries of the objects over a pale image."""
     scene, count = rating.scene, len(rating.scene) + 1
     palette = torch.tensor(GREY, dtype=torch.uint8).repeat(count, count, 1)
-    first, second = (index + 1 for index in boundaries(scene))
+    first, second = (index + 1 for index in neighbour_pairs(scene))
     palette[first, second] = palette[second, first] = quality_colored(rating.pairwise.detach())
     pale = (0.5 * frame.color.double() + 0.5 * 255).round().to(torch.uint8)
     return borders_colored(pale, label, palette)

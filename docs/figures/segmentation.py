@@ -24,7 +24,7 @@ GAP, WIDTH = 8, 400  # pixels between panels, and of each
 def panels(folder: Path) -> list[Tensor]:
     """Boundary map, atoms and regions of one scene, (H, W, 3) uint8 each."""
     observation = observe(read_scene(folder), estimated_ground)
-    strength = (255 * (1 - observation.boundaries.strength)).round().to(torch.uint8)
+    strength = (255 * (1 - observation.boundary_map.strength)).round().to(torch.uint8)
     return [
         strength[..., None].expand(-1, -1, 3),
         colored(observation.fine),

@@ -13,7 +13,7 @@ from blockstab.energy import Potential, Rating
 from blockstab.energy.overlap import Parts, expected_loss, expected_overlap, parts_of
 from blockstab.energy.recording import Recorder
 from blockstab.features.description import Described
-from blockstab.features.pairwise import boundaries
+from blockstab.features.pairwise import neighbour_pairs
 from blockstab.observation import estimated_ground, observe
 from blockstab.proposals import Proposal
 from blockstab.proposals.pool import NoMasks, Pool
@@ -157,7 +157,7 @@ def _new_rows(seen: Sequence[Described], overlap: Overlap) -> tuple[Rows, Rows]:
         ]
         unary.append(Rows(one.unary[new].float(), loss[new], loss[new] > GOOD, area[new]))
         segments.update(parts[k] for k in new)
-        first, second = boundaries(scene)
+        first, second = neighbour_pairs(scene)
         both = [frozenset({parts[a], parts[b]}) for a, b in zip(first.tolist(), second.tolist(), strict=True)]
         fresh = [k for k, pair in enumerate(both) if pair not in pairs]
         first, second = first[fresh], second[fresh]

@@ -151,7 +151,7 @@ class StageTrainer:
             first, second = owner[edgelets.first], owner[edgelets.second]
             return {
                 "label": label.int(),
-                "features": edgelet_appearance(regions, edgelets, observation.boundaries, self.variant),
+                "features": edgelet_appearance(regions, edgelets, observation.boundary_map, self.variant),
                 "known": (first > 0) & (second > 0),
                 "within": first == second,
             }

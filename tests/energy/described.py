@@ -9,7 +9,7 @@ from torch import Tensor
 
 from blockstab.features.columns import COLUMNS
 from blockstab.features.description import Described
-from blockstab.features.pairwise import boundaries
+from blockstab.features.pairwise import neighbour_pairs
 from blockstab.scene.types import Scene
 
 
@@ -22,7 +22,7 @@ def described(
     """The scene, its first unary and pairwise column given, all others 0."""
     unary = torch.zeros(len(scene), len(COLUMNS["unary"]), dtype=torch.float64)
     unary[:, 0] = torch.tensor(phi, dtype=torch.float64)
-    pairwise = torch.zeros(len(boundaries(scene)[0]), len(COLUMNS["pairwise"]), dtype=torch.float64)
+    pairwise = torch.zeros(len(neighbour_pairs(scene)[0]), len(COLUMNS["pairwise"]), dtype=torch.float64)
     if psi is not None:
         pairwise[:, 0] = torch.tensor(psi, dtype=torch.float64)
     share = torch.tensor(lost, dtype=torch.float64) if lost else torch.zeros(len(scene), dtype=torch.float64)

@@ -36,7 +36,7 @@ def clutter(generator: torch.Generator, unlabelled: bool = False) -> tuple[Obser
         observation.cloud.depth * valid,
     )
     observation = replace(observation, cloud=cloud)
-    return observation, make_atoms(atoms, observation.boundaries.strength)
+    return observation, make_atoms(atoms, observation.boundary_map.strength)
 
 
 def grouped(atoms: Atoms, generator: torch.Generator) -> Segmentation:
@@ -53,7 +53,7 @@ def renamed(
     """The same atoms under other names, and the same segments of them."""
     order = torch.randperm(len(atoms), generator=generator)
     number = torch.cat([torch.zeros(1, dtype=torch.int64), order + 1])
-    named = make_atoms(number[atoms.label], observation.boundaries.strength)
+    named = make_atoms(number[atoms.label], observation.boundary_map.strength)
     return named, [frozenset(order[sorted(segment)].tolist()) for segment in segments]
 
 

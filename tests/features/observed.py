@@ -74,7 +74,7 @@ def observed(
         frame=Frame("made", color, depth, camera),
         cloud=Cloud(points, facing, depth > 0, depth),
         ground=ground,
-        boundaries=BoundaryMap(oriented, oriented.amax(dim=0)),
+        boundary_map=BoundaryMap(oriented, oriented.amax(dim=0)),
         cues=torch.zeros(len(CUES), height, width) if cues is None else cues.float(),
         planes=cast(PlaneMap, SimpleNamespace(label=planes)),
         fine=torch.zeros_like(planes),

@@ -83,7 +83,7 @@ def border_images(observation: Observation) -> np.ndarray:
     cues = dict(zip(CUES, observation.cues.double().numpy(), strict=True))
     color = np.maximum(cues["color_a"], cues["color_b"])
     rest = [cues[name] for name in ("texture", "depth", "convex", "concave")]
-    return np.stack([observation.boundaries.strength.numpy(), cues["brightness"], color, *rest])
+    return np.stack([observation.boundary_map.strength.numpy(), cues["brightness"], color, *rest])
 
 
 def groups(atoms: frozenset[int], links: list[tuple[int, int]]) -> list[set[int]]:

@@ -45,7 +45,7 @@ def test_only_what_is_nearer_by_more_than_the_noise_lies_before(generator, near,
     depth = torch.where(left, near, far).double()
     valid = torch.ones_like(left)
     made = replace(observation, cloud=replace(observation.cloud, depth=depth, valid=valid))
-    front = AtomBorders.of(made, make_atoms(label, observation.boundaries.strength)).front
+    front = AtomBorders.of(made, make_atoms(label, observation.boundary_map.strength)).front
     # 15 mm are more than noise at 0.8 m; 20 mm are not, at 2 m.
     assert front.tolist() == [[HEIGHT if near < 1 else 0.0, 0.0]]
 
@@ -54,5 +54,5 @@ def test_nothing_lies_before_what_has_no_depth(generator):
     observation, _ = clutter(generator)
     left = torch.arange(WIDTH).expand(HEIGHT, WIDTH) < WIDTH // 2
     made = replace(observation, cloud=replace(observation.cloud, depth=torch.where(left, 1.0, 0.0).double()))
-    atoms = make_atoms(torch.where(left, 1, 2), observation.boundaries.strength)
+    atoms = make_atoms(torch.where(left, 1, 2), observation.boundary_map.strength)
     assert AtomBorders.of(made, atoms).front.tolist() == [[0.0, 0.0]]

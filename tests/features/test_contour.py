@@ -28,8 +28,8 @@ def made(seed: int = 7) -> Made:
     generator = torch.Generator().manual_seed(seed)
     observation, atoms = clutter(generator, unlabelled=True)
     # Weak borders on the left, strong ones on the right.
-    strength = observation.boundaries.strength * torch.linspace(0.1, 1.0, atoms.label.shape[1]).double()
-    observation = replace(observation, boundaries=replace(observation.boundaries, strength=strength))
+    strength = observation.boundary_map.strength * torch.linspace(0.1, 1.0, atoms.label.shape[1]).double()
+    observation = replace(observation, boundary_map=replace(observation.boundary_map, strength=strength))
     atoms = make_atoms(atoms.label, strength)
     some = list(grouped(atoms, generator).segments)
     return observation, atoms, [*some, frozenset({0}), frozenset({3}), frozenset(range(len(atoms)))]
@@ -130,11 +130,11 @@ def test_the_names_of_atoms_do_not_matter(generator):
 
 def test_the_image_may_be_mirrored():
     observation, atoms, segments = made()
-    strength = replace(observation.boundaries, strength=observation.boundaries.strength.flip(1))
+    strength = replace(observation.boundary_map, strength=observation.boundary_map.strength.flip(1))
     cloud = replace(
         observation.cloud, depth=observation.cloud.depth.flip(1), valid=observation.cloud.valid.flip(1)
     )
-    mirrored = replace(observation, boundaries=strength, cloud=cloud, cues=observation.cues.flip(2))
+    mirrored = replace(observation, boundary_map=strength, cloud=cloud, cues=observation.cues.flip(2))
     other = make_atoms(atoms.label.flip(1), strength.strength)
     torch.testing.assert_close(
         measured(mirrored, other, segments), measured(observation, atoms, segments), rtol=0.0, atol=COMPANY
@@ -144,7 +144,7 @@ def test_the_image_may_be_mirrored():
 def test_a_segment_that_fills_the_image_ends_at_its_rim_alone():
     observation, atoms, _ = made()
     height, width = atoms.label.shape
-    whole = make_atoms(torch.ones_like(atoms.label), observation.boundaries.strength)
+    whole = make_atoms(torch.ones_like(atoms.label), observation.boundary_map.strength)
     (row,) = measured(observation, whole, [frozenset({0})])
     values = dict(zip(CONTOUR_COLUMNS, row.tolist(), strict=True))
     assert values["outline_px"] == 2 * (height + width)

@@ -12,8 +12,8 @@ from blockstab.features.appearance.pair_columns import APPEARANCE_COLUMNS
 from blockstab.features.pairwise import (
     BOX_COLUMNS,
     PAIRWISE_COLUMNS,
-    boundaries,
     box_features,
+    neighbour_pairs,
     pairs_of,
     pairwise_features,
 )
@@ -31,7 +31,7 @@ def rows(scene: Scene) -> list[dict[str, float]]:
 
 
 def judged(scene: Scene) -> list[tuple[int, int]]:
-    first, second = boundaries(scene)
+    first, second = neighbour_pairs(scene)
     return list(zip(first.tolist(), second.tolist(), strict=True))
 
 

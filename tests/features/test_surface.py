@@ -156,7 +156,7 @@ def test_a_rectangle_fills_its_hull_and_a_single_pixel_is_no_worse_a_square():
     label = torch.ones_like(made()[1].label)
     label[10:20, 30:60] = 2
     label[40, 40] = 3
-    atoms = make_atoms(label, observation.boundaries.strength)
+    atoms = make_atoms(label, observation.boundary_map.strength)
     rows = measured(observation, atoms, [frozenset({1}), frozenset({2})])
     named = [dict(zip(SURFACE_COLUMNS, row.tolist(), strict=True)) for row in rows]
     assert named[0]["fill_of_hull"] == pytest.approx(1.0)

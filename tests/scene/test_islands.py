@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import torch
 
-from blockstab.scene.islands import REACH_M, Island, IslandTable, island_numbers, joined, overlaid
+from blockstab.scene.islands import INTERACTION_M, Island, IslandTable, island_numbers, joined, overlaid
 from blockstab.stability.balance import Balance
 from blockstab.stability.support import GROUND
 from blockstab.testing import worlds
@@ -17,7 +17,7 @@ def numbers(*blocks: Block) -> list[int]:
     return island_numbers(boxes, ~movable, torch.zeros(len(boxes), dtype=torch.float64)).tolist()
 
 
-@pytest.mark.parametrize(("gap", "together"), [(REACH_M - 0.001, True), (REACH_M + 0.001, False)])
+@pytest.mark.parametrize(("gap", "together"), [(INTERACTION_M - 0.001, True), (INTERACTION_M + 0.001, False)])
 def test_objects_within_reach_of_each_other_form_a_pile(gap, together):
     one, two = numbers(Block(0, 0, 0.1, 0.1), Block(0.1 + gap, 0, 0.1, 0.1))
     assert (one == two) == together

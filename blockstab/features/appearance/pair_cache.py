@@ -33,7 +33,7 @@ class Appearances:
         self._count = len(atoms)
         self._unions = UnionCells(view(observation), atoms.label)
         self._outlines = Outlines(atoms)
-        self._wide = widened(observation.boundaries)
+        self._wide = widened(observation.boundary_map)
         self._regions = self._unions.regions(self._inside([]))
         self._perimeter = torch.empty(0, dtype=torch.float64)
         self._rows = torch.empty(0, len(APPEARANCE_COLUMNS), dtype=torch.float64)

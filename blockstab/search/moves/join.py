@@ -8,7 +8,7 @@ from functools import partial
 import torch
 
 from blockstab.energy import Rating
-from blockstab.features.pairwise import boundaries
+from blockstab.features.pairwise import neighbour_pairs
 from blockstab.search.moves.drawing import Change, most_promising
 from blockstab.search.problem import Problem
 from blockstab.segments.segmentation import Segmentation
@@ -24,7 +24,7 @@ class Join:
         """At most `count` unions."""
         now = rating.scene.segmentation
         changes = []
-        for i, j in zip(*(side.tolist() for side in boundaries(rating.scene)), strict=True):
+        for i, j in zip(*(side.tolist() for side in neighbour_pairs(rating.scene)), strict=True):
             one, other = now.segments[i], now.segments[j]
             changes.append(Change((one, other), (one | other,), partial(now.merge, i, j)))
         return most_promising(changes, rating, problem, count, generator)

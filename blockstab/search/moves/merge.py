@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import torch
 
 from blockstab.energy import Rating
-from blockstab.features.pairwise import boundaries
+from blockstab.features.pairwise import neighbour_pairs
 from blockstab.search.moves.drawing import draw
 from blockstab.search.problem import Problem
 from blockstab.segments.segmentation import Segmentation
@@ -21,7 +21,7 @@ class Merge:
         self, rating: Rating, problem: Problem, count: int, generator: torch.Generator
     ) -> list[Segmentation]:
         """At most `count` merges."""
-        first, second = boundaries(rating.scene)
+        first, second = neighbour_pairs(rating.scene)
         possible = torch.ones(len(first), dtype=torch.bool)
         drawn = draw(rating.pairwise, possible, count, generator)
         return [rating.scene.segmentation.merge(int(first[k]), int(second[k])) for k in drawn]

@@ -35,7 +35,7 @@ BETWEEN = slice(len(COURSE_COLUMNS), None)
 def image_wide(observation: Observation, label: Tensor) -> dict[tuple[int, int], Tensor]:
     """By label, the features of every two regions of a label image, 0 = none, as from the image as a whole."""
     edgelets = trace_edgelets(label)
-    rows = edgelet_appearance(describe_regions(observation, label), edgelets, observation.boundaries)
+    rows = edgelet_appearance(describe_regions(observation, label), edgelets, observation.boundary_map)
     first, second, features = pair_appearance(rows, edgelets)
     labels = zip((first + 1).tolist(), (second + 1).tolist(), strict=True)
     return dict(zip(labels, features, strict=True))
@@ -164,8 +164,8 @@ def test_features_are_finite_whatever_a_segment_lacks(flat, blind, generator):
         depth = torch.where(hidden, 0.0, torch.ones(size, dtype=torch.float64))
         ahead = torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64).expand(*size, 3)
         grey, planes = torch.zeros(*size, 3, dtype=torch.uint8), torch.zeros(size, dtype=torch.int64)
-        observation = observed(depth, ahead, grey, planes, observation.boundaries.oriented)
-    atoms = make_atoms(label, observation.boundaries.strength)
+        observation = observed(depth, ahead, grey, planes, observation.boundary_map.oriented)
+    atoms = make_atoms(label, observation.boundary_map.strength)
     pairs: list[Pair] = [(frozenset({i}), frozenset({j})) for i, j in pairwise(range(5))]
     pairs += [(frozenset({0, 2}), frozenset({1, 3})), (frozenset({4}), frozenset({5}))]
     rows = Appearances(observation, atoms)(pairs)
@@ -177,7 +177,7 @@ def test_a_segment_within_another_has_a_border_without_ends(generator):
     label = torch.ones(60, 80, dtype=torch.int64)
     label[20:30, 30:45] = 2
     observation = cluttered(label, generator)
-    row = Appearances(observation, make_atoms(label, observation.boundaries.strength))([segments({0}, {1})])
+    row = Appearances(observation, make_atoms(label, observation.boundary_map.strength))([segments({0}, {1})])
     close(row[0], image_wide(observation, label)[1, 2])
     found = dict(zip(APPEARANCE_COLUMNS, row[0].tolist(), strict=True))
     assert (found["relative_length"], found["continuity_greatest"]) == (1.0, 0.0)
@@ -188,7 +188,7 @@ def test_a_border_continues_in_the_outline_of_either(generator):
     label = stripes(40)
     label[30:] = 3
     observation = cluttered(label, generator)
-    atoms = make_atoms(label, observation.boundaries.strength)
+    atoms = make_atoms(label, observation.boundary_map.strength)
     row = Appearances(observation, atoms)([segments({0}, {1})])[0]
     found = dict(zip(APPEARANCE_COLUMNS, row.tolist(), strict=True))
     assert (found["continuity_least"], found["continuity_greatest"]) == pytest.approx((0.0, 90.0))
@@ -208,7 +208,7 @@ def test_no_pair_has_no_row():
 def test_segments_that_share_no_border_are_refused(generator):
     label = stripes(20, 20)
     observation = cluttered(label, generator)
-    known = Appearances(observation, make_atoms(label, observation.boundaries.strength))
+    known = Appearances(observation, make_atoms(label, observation.boundary_map.strength))
     with pytest.raises(
         ValueError, match="must share a border, but those of atoms 0 and 2 do not; give pairs"
     ):
@@ -220,7 +220,7 @@ def test_segments_that_share_no_border_are_refused(generator):
 def test_segments_that_share_atoms_are_refused(generator):
     label = stripes(20, 20)
     observation = cluttered(label, generator)
-    known = Appearances(observation, make_atoms(label, observation.boundaries.strength))
+    known = Appearances(observation, make_atoms(label, observation.boundary_map.strength))
     both: list[Segment] = [frozenset({0, 1}), frozenset({1, 2})]
     with pytest.raises(ValueError, match=r"must not share atoms, but both have \[1\]; give pairs"):
         known([(both[0], both[1])])

@@ -28,7 +28,7 @@ DIFFERENT = [3, 11, 17, 20, *range(23, 32), 38, *range(43, 52)]  # columns from 
 
 def appearance(observation: Observation, label: Tensor, variant: Variant = "fixed") -> Tensor:
     return edgelet_appearance(
-        describe_regions(observation, label), trace_edgelets(label), observation.boundaries, variant
+        describe_regions(observation, label), trace_edgelets(label), observation.boundary_map, variant
     )
 
 
@@ -118,7 +118,7 @@ def test_regions_of_a_pixels_width_have_finite_features(
         size = label.shape
         depth = torch.ones(size, dtype=torch.float64)
         depth[label == 2] = 0.0
-        oriented, grey = observation.boundaries.oriented, torch.zeros(*size, 3, dtype=torch.uint8)
+        oriented, grey = observation.boundary_map.oriented, torch.zeros(*size, 3, dtype=torch.uint8)
         ahead = torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64).expand(*size, 3)
         observation = observed(depth, ahead, grey, torch.zeros(size, dtype=torch.int64), oriented)
     assert bool(appearance(observation, label, variant).isfinite().all())

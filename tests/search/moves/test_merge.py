@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from blockstab.energy import Rating
-from blockstab.features.pairwise import boundaries
+from blockstab.features.pairwise import neighbour_pairs
 from blockstab.search.moves.merge import Merge
 from blockstab.segments.segmentation import Segmentation
 from blockstab.testing.worlds import Block
@@ -15,7 +15,7 @@ from tests.search.moves.row import DRAWS, SHARES, TABLE, rated, shares, splittin
 
 
 def outcomes(rating: Rating) -> list[Segmentation]:
-    first, second = boundaries(rating.scene)
+    first, second = neighbour_pairs(rating.scene)
     return [rating.scene.segmentation.merge(int(a), int(b)) for a, b in zip(first, second, strict=True)]
 
 

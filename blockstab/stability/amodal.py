@@ -21,7 +21,7 @@ _GRID = 6  # points along either direction of a side face
 _UPRIGHT = 0.94  # cosine of 20 degrees: a tilted box has no side that goes straight down
 
 
-def reach_down(
+def extended_down(
     boxes: Boxes,
     floating: Tensor,
     pairs: tuple[Tensor, Tensor],

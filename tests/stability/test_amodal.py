@@ -11,7 +11,7 @@ from torch import Tensor
 from blockstab.boxes.box import Boxes
 from blockstab.rgbd.frame import Camera
 from blockstab.rgbd.occlusion import Occlusion
-from blockstab.stability.reach import HIDDEN_SHARE, reach_down
+from blockstab.stability.amodal import HIDDEN_SHARE, extended_down
 from blockstab.testing.worlds import Block, build
 from tests.tolerance import EXACT
 
@@ -47,7 +47,7 @@ def lowered(boxes: Boxes, hidden: Callable[[Tensor], Tensor], floating: list[boo
     marks = torch.tensor(floating or [k == 0 for k in range(n)])
     first, second = torch.triu_indices(n, n, 1)
     ground = torch.full((n,), GROUND_Y, dtype=torch.float64)
-    return reach_down(boxes, marks, (first, second), ground, hidden)
+    return extended_down(boxes, marks, (first, second), ground, hidden)
 
 
 def bottom(boxes: Boxes) -> list[float]:
@@ -158,7 +158,7 @@ def test_each_box_has_the_ground_of_its_own() -> None:
     boxes = placed(FLOATING, Block(0.5, 0.3, 0.2, 0.2, d=0.2))
     ground = torch.tensor([-0.6, -0.45], dtype=torch.float64)
     none = torch.zeros(0, dtype=torch.int64)
-    longer = reach_down(boxes, torch.tensor([True, True]), (none, none), ground, EVERYWHERE)
+    longer = extended_down(boxes, torch.tensor([True, True]), (none, none), ground, EVERYWHERE)
     assert bottom(longer) == pytest.approx(ground.tolist(), abs=EXACT)
 
 
