@@ -27,12 +27,14 @@ ORDER = (
     *("features", "proposals", "energy", "search", "parsing", "output"),
     *("datasets", "simulation", "evaluation", "testing", "cli"),
 )
+LEARNED = ("potentials", "shipped", "gathering", "boundary", "stages", "configured", "entry", "programs")
 HEAVY = ("open3d", "pytorch_lightning", "mujoco", "plotly", "sklearn", "hydra", "numba")
 SOURCES = sorted((ROOT / "blockstab").rglob("*.py"))
+OF_MODELS = sorted((ROOT / "models").rglob("*.py"))
 
 
 def part_of(file: Path) -> str:
-    return file.relative_to(ROOT / "blockstab").parts[0].removesuffix(".py")
+    return file.relative_to(ROOT).parts[1].removesuffix(".py")
 
 
 def imported(file: Path) -> Iterator[list[str]]:
@@ -57,6 +59,22 @@ def test_imports_point_one_way(file):
         assert package != "models" or own == "cli", "only the command line may load potentials"
         if package == "blockstab" and inner[0] in ORDER:
             assert inner[0] == own or ORDER.index(inner[0]) < ORDER.index(own), f"{own} imports {inner[0]}"
+
+
+def test_every_part_of_what_is_learned_has_a_place_in_the_order():
+    assert {part_of(file) for file in OF_MODELS} == {"__init__", *LEARNED}
+
+
+@pytest.mark.parametrize("file", OF_MODELS, ids=lambda file: str(file.relative_to(ROOT)))
+def test_imports_inside_of_models_point_one_way(file):
+    own = part_of(file)
+    for package, *inner in imported(file):
+        assert package not in ("tests", "train", "evaluate")
+        assert [package, *inner][:2] != ["blockstab", "cli"]
+        if package == "models":
+            assert inner[0] == own or LEARNED.index(inner[0]) < LEARNED.index(own), (
+                f"{own} imports {inner[0]}"
+            )
 
 
 @pytest.mark.parametrize(
