@@ -40,8 +40,8 @@ def scene_of_boxes(boxes: Boxes, movable: Tensor, pixels: Sequence[int] | None =
     return Scene(
         segmentation=Segmentation(tuple(frozenset({k}) for k in range(n))),
         ground=Ground(up, torch.eye(3, dtype=torch.float64), 0.0, 1.0),
-        pixels=size,
-        points=size,
+        pixel_count=size,
+        point_count=size,
         background=~movable,
         boxes=boxes,
         fit_mean=torch.full((n,), FIT_MEAN, dtype=torch.float64),

@@ -42,7 +42,10 @@ def over_split(search_input: SearchInput, rounds: int = 1) -> Segmentation:
     for _ in range(rounds):
         for segment in now.segments:
             parts = split(segment, search_input.atoms, hierarchy) if segment != background else None
-            if parts and min(int(search_input.atoms.pixels[list(part)].sum()) for part in parts) >= LEAST_PX:
+            if (
+                parts
+                and min(int(search_input.atoms.pixel_count[list(part)].sum()) for part in parts) >= LEAST_PX
+            ):
                 now = now.replace(now.segments.index(segment), parts)
     return now
 

@@ -102,8 +102,8 @@ def _scene(label: Tensor) -> Scene:
     return Scene(
         segmentation=Segmentation(tuple(frozenset({i}) for i in range(4))),
         ground=_ground(),
-        pixels=pixels,
-        points=pixels,
+        pixel_count=pixels,
+        point_count=pixels,
         background=background,
         boxes=boxes,
         fit_mean=torch.full((4,), 0.003).double(),

@@ -8,7 +8,7 @@ import pytest
 import torch
 from hydra.utils import instantiate
 
-from blockstab.energy.overlap import CAUTION, expected_overlap
+from blockstab.energy.overlap import CAUTION, TURNING, expected_overlap
 from blockstab.energy.paper import paper_energy
 from blockstab.energy.truth import true_overlap
 from blockstab.features.columns import FeatureSet
@@ -44,7 +44,7 @@ def test_every_pool_offers_sets_of_atoms(name):
 def test_every_energy_is_made_for_an_image(name):
     energy = instantiate(composed("evaluate", [f"energy={name}"]).energy)
     made_of = energy.func if isinstance(energy, partial) else energy
-    assert not isinstance(energy, partial) or energy.keywords == {"caution": CAUTION}
+    assert not isinstance(energy, partial) or energy.keywords == {"caution": CAUTION, "turning": TURNING}
     assert made_of is {"overlap": expected_overlap, "paper": paper_energy, "truth": true_overlap}[name]
     (rating,) = watched(blocks_view(), energy).problem.rate([blocks_view().start])
     assert rating.energy.shape == ()

@@ -18,6 +18,7 @@ from blockstab.proposals.search_input import SearchInput
 from blockstab.segments.segmentation import Segment, Segmentation
 
 CAUTION = 0.1
+TURNING = 0.3
 
 
 @dataclass(frozen=True)
@@ -34,12 +35,14 @@ class ExpectedOverlap:
 
     What a search finds good is good in part because it is misjudged, as the winner of an auction pays too much. So
     every segment that `start` does not have costs `caution` times its pixels: a search leaves its start only for what
-    promises more than that.
+    promises more than that. A thing that is turned into background is lost whole, while background that is taken for
+    a thing costs the score nothing: such a turn must promise more, `turning`.
 
     Args:
         unary, pairwise: the potentials of segments and of boundaries.
         weight: of the boundaries; 0 leaves them out. A 0-d tensor may carry a gradient.
         caution: the share of a new segment's pixels that it must gain at least.
+        turning: the same of a segment that is told to be background, and was not in the start.
         start: the segmentation that is left only with caution.
     """
 
@@ -47,6 +50,7 @@ class ExpectedOverlap:
     pairwise: Potential
     weight: float | Tensor = 0.0
     caution: float = 0.0
+    turning: float = 0.0
     start: Segmentation = field(default_factory=lambda: Segmentation(()))
 
     def __call__(self, scenes: Sequence[Described]) -> list[Rating]:
@@ -58,22 +62,23 @@ class ExpectedOverlap:
                 one.scene,
                 phi,
                 psi,
-                expected_loss(parts_of(one), phi, psi, self.weight) + self.caution * self._new(one),
+                expected_loss(parts_of(one), phi, psi, self.weight) + self._price(one),
             )
             for one, phi, psi in zip(scenes, unary, pairwise, strict=True)
         ]
 
-    def _new(self, one: Described) -> float:
-        """The share of the pixels that lie in segments which the start does not have, or has on the other side."""
-        segmentation, pixels = one.scene.segmentation, one.scene.pixels.tolist()
-        turned = {s for s, _ in segmentation.told - self.start.told}
-        new = [
-            n
-            for s, n in zip(segmentation.segments, pixels, strict=True)
-            if s not in self._known or s in turned
-        ]
-        share: float = sum(new) / max(sum(pixels), 1)
-        return share
+    def _price(self, one: Described) -> float:
+        """What it costs to leave the start: for segments that it does not have, or has on the other side."""
+        segmentation = one.scene.segmentation
+        pixels: list[int] = one.scene.pixel_count.tolist()
+        turned = dict(segmentation.told - self.start.told)
+        price: float = 0.0
+        for s, n in zip(segmentation.segments, pixels, strict=True):
+            if turned.get(s):
+                price += self.turning * n
+            elif s in turned or s not in self._known:
+                price += self.caution * n
+        return price / max(sum(pixels), 1)
 
     @cached_property
     def _known(self) -> frozenset[Segment]:
@@ -103,7 +108,7 @@ class Parts:
 
 def parts_of(one: Described) -> Parts:
     """Of one scene."""
-    scene, area = one.scene, one.scene.pixels.double()
+    scene, area = one.scene, one.scene.pixel_count.double()
     smaller = area[neighbour_pairs(scene)[1]]
     first, of_boundaries = (torch.zeros(len(rows), dtype=torch.int64) for rows in (area, smaller))
     return Parts(area, scene.background, one.lost, smaller, first, of_boundaries)
@@ -161,9 +166,9 @@ _LONE = torch.tensor([SEGMENT_COLUMNS.index(name) for name in LONE_COLUMNS])
 
 
 def expected_overlap(
-    potentials: _Learned, search_input: SearchInput, caution: float = CAUTION
+    potentials: _Learned, search_input: SearchInput, caution: float = CAUTION, turning: float = TURNING
 ) -> ExpectedOverlap:
     """The energy of an image with learned potentials, which leaves the start of the image with caution."""
     return ExpectedOverlap(
-        TwoJudges(potentials), potentials.pairwise, potentials.weight, caution, search_input.start
+        TwoJudges(potentials), potentials.pairwise, potentials.weight, caution, turning, search_input.start
     )

@@ -126,7 +126,7 @@ class Contours:
         return _Measured(
             outline_px=length + blank + rim,
             interior_px=within,
-            pixels=held @ atoms.pixels.double(),
+            pixels=held @ atoms.pixel_count.double(),
             weak_share=_means(weak, length),
             sides=torch.stack([before, behind, blank, rim], dim=1),
             strengths=_quantiles(atoms.strength, outline * atoms.border_px, (0.0, *QUANTILES)),

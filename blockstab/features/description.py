@@ -64,7 +64,7 @@ class Describer:
         self._background = background
         self._share: dict[Segment, float] = {}
         share = self._things([frozenset({atom}) for atom in range(len(atoms))])
-        self._things_in = (share * atoms.pixels).tolist()
+        self._things_in = (share * atoms.pixel_count).tolist()
 
     def __call__(self, scenes: Sequence[Scene]) -> list[Described]:
         """Describe scenes; what is new of their segments and boundaries is looked at in one batch."""
@@ -89,14 +89,16 @@ class Describer:
         return self._rows[torch.tensor([self._row[s] for s in segments], dtype=torch.int64)]
 
     def _unary(self, scene: Scene, lone: Tensor) -> Tensor:
-        shape = box_shape(scene.boxes, scene.pixels, self._observation.frame.camera, self._observation.ground)
+        shape = box_shape(
+            scene.boxes, scene.pixel_count, self._observation.frame.camera, self._observation.ground
+        )
         return torch.cat([unary_features(scene), shape, lone], dim=1)
 
     def lost(self, scene: Scene) -> Tensor:
         """(N,) as in `Described`: the mean of what its atoms say one by one, and of what the whole says."""
         segments = scene.segmentation.segments
         things = [sum(self._things_in[atom] for atom in sorted(s)) for s in segments]
-        return (torch.tensor(things, dtype=torch.float64) / scene.pixels + self._things(segments)) / 2
+        return (torch.tensor(things, dtype=torch.float64) / scene.pixel_count + self._things(segments)) / 2
 
     def _things(self, segments: Sequence[Segment]) -> Tensor:
         """The share of things in each of S segments, judged as a whole, (S,); what is new is judged in one batch."""

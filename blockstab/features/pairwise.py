@@ -58,7 +58,7 @@ def neighbour_pairs(scene: Scene) -> tuple[Tensor, Tensor]:
     pairs, movable = scene.pairs, ~scene.background
     judged = pairs.neighbours & movable[pairs.first] & movable[pairs.second]
     first, second = pairs.first[judged], pairs.second[judged]
-    in_order = scene.pixels[first] >= scene.pixels[second]
+    in_order = scene.pixel_count[first] >= scene.pixel_count[second]
     return torch.where(in_order, first, second), torch.where(in_order, second, first)
 
 

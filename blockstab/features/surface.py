@@ -122,14 +122,14 @@ class Surfaces:
         places = torch.stack([rows % width, rows // width], dim=1).double()
         self._places = summed(torch.cat([places, places.square(), places.prod(dim=1, keepdim=True)], dim=1))
         self._support = _support(places, owner, count)
-        self._color = self._colors[:, :3] / atoms.pixels[:, None]
+        self._color = self._colors[:, :3] / atoms.pixel_count[:, None]
 
     def __call__(self, segments: Sequence[frozenset[int]]) -> Tensor:
         """Columns of S segments, (S, C) float64, in the order of `SURFACE_COLUMNS`."""
         atoms = self._atoms
         inside = membership(segments, len(atoms))
         held = inside.double()
-        pixels = held @ atoms.pixels.double()
+        pixels = held @ atoms.pixel_count.double()
         measured, flat, height, square, depth, area = (held @ self._measured).unbind(dim=1)
         known = measured.clamp(min=1.0)
         planes = (held @ self._planes)[:, 1:] / pixels[:, None]

@@ -47,7 +47,7 @@ _FORMULAS: dict[str, _Formula] = {
     "surface_distance_variance": lambda m: m.scene.fit_variance,
     "surface_distance_mean_relative": lambda m: m.scene.fit_mean / m.volume,
     "surface_distance_variance_relative": lambda m: m.scene.fit_variance / m.volume,
-    "density": lambda m: m.scene.points / m.volume,
+    "density": lambda m: m.scene.point_count / m.volume,
     "visible_share": lambda m: m.scene.visible_share,
     "intersections": lambda m: m.intersections,
     "stable": lambda m: m.scene.balance.stable,

@@ -104,7 +104,7 @@ def _segments(parsed: Parsed) -> list[Record]:
         {
             "id": parsed.ids[i],
             "background": bool(scene.background[i]),
-            "pixels": int(scene.pixels[i]),
+            "pixels": int(scene.pixel_count[i]),
             "box": {
                 "center": boxes.center[i].tolist(),
                 "rotation": boxes.rotation[i].tolist(),

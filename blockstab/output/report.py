@@ -105,7 +105,7 @@ def _row(parsed: Parsed, i: int) -> str:
     supporters = (scene.supports.supported == i).nonzero().flatten().tolist()
     cells = (
         f'<span class="swatch" style="background:{segment_colors(scene)[i]}"></span>{parsed.ids[i]}',
-        str(int(scene.pixels[i])),
+        str(int(scene.pixel_count[i])),
         " x ".join(f"{side:.1f}" for side in sides),
         kind,
         "" if margin is None else f"{margin:.1f}",

@@ -179,8 +179,8 @@ class SceneBuilder:
         return Scene(
             segmentation=one,
             ground=self.ground,
-            pixels=pixels,
-            points=points,
+            pixel_count=pixels,
+            point_count=points,
             background=self._backgrounds(one)[0],
             boxes=fits.boxes,
             fit_mean=fits.mean,
@@ -200,7 +200,10 @@ class SceneBuilder:
         """How many pixels a segment has, and how many points."""
         if segment not in self._sizes:
             atoms = list(segment)
-            self._sizes[segment] = int(self.atoms.pixels[atoms].sum()), int(self._points.count[atoms].sum())
+            self._sizes[segment] = (
+                int(self.atoms.pixel_count[atoms].sum()),
+                int(self._points.count[atoms].sum()),
+            )
         return self._sizes[segment]
 
     def _backgrounds(self, one: Segmentation) -> tuple[Tensor, Tensor]:

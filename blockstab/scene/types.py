@@ -38,8 +38,8 @@ class Scene:
     Args:
         segmentation: N segments; every (N,) field below follows their order.
         ground: the ground plane and the world frame.
-        pixels: (N,) int64 pixels of each segment.
-        points: (N,) int64 pixels with depth.
+        pixel_count: (N,) int64 pixels of each segment.
+        point_count: (N,) int64 pixels with depth.
         background: (N,) bool; table, floor, wall: always stable, without mass.
         boxes: N boxes, after the re-fit.
         fit_mean: (N,) metres, mean distance of a point to the nearest face.
@@ -53,8 +53,8 @@ class Scene:
 
     segmentation: Segmentation
     ground: Ground
-    pixels: Tensor
-    points: Tensor
+    pixel_count: Tensor
+    point_count: Tensor
     background: Tensor
     boxes: Boxes
     fit_mean: Tensor

@@ -75,7 +75,7 @@ class Problem:
 
     def lone(self, segments: Sequence[Segment]) -> Tensor:
         """(S,) float64 pixels that segments are expected to lose, judged by themselves; all of too small ones."""
-        size = torch.tensor([self.pixels(s) for s in segments], dtype=torch.float64)
+        size = torch.tensor([self.pixel_count(s) for s in segments], dtype=torch.float64)
         known = self._lone
         new = list(dict.fromkeys(s for s in segments if s not in known))
         if new:
@@ -84,7 +84,7 @@ class Problem:
         share = torch.tensor([known[s] for s in segments], dtype=torch.float64)
         return size * torch.where(size >= MIN_SEGMENT_PX, share, 1.0)
 
-    def pixels(self, segment: Segment) -> int:
+    def pixel_count(self, segment: Segment) -> int:
         """How many pixels a segment has."""
         return sum(self._atom_pixels[atom] for atom in segment)
 
@@ -92,20 +92,20 @@ class Problem:
         """The two parts that a segment falls into first; None where one would be too small."""
         if segment not in self._splits:
             parts = split(segment, self.search_input.atoms, self.hierarchy)
-            large = parts is not None and min(map(self.pixels, parts)) >= MIN_SEGMENT_PX
+            large = parts is not None and min(map(self.pixel_count, parts)) >= MIN_SEGMENT_PX
             self._splits[segment] = parts if large else None
         return self._splits[segment]
 
     @cached_property
     def nodes(self) -> tuple[Segment, ...]:
         """Every part of the hierarchy that is large enough for a segment, small ones first."""
-        return tuple(s for s in nodes(self.hierarchy) if self.pixels(s) >= MIN_SEGMENT_PX)
+        return tuple(s for s in nodes(self.hierarchy) if self.pixel_count(s) >= MIN_SEGMENT_PX)
 
     @cached_property
     def masks(self) -> tuple[Segment, ...]:
         """The pool: what was offered, and the nodes of the hierarchy; each once, and large enough."""
         pool = dict.fromkeys([*self.offered, *self.nodes])
-        return tuple(mask for mask in pool if self.pixels(mask) >= MIN_SEGMENT_PX)
+        return tuple(mask for mask in pool if self.pixel_count(mask) >= MIN_SEGMENT_PX)
 
     @cached_property
     def touching(self) -> dict[int, set[int]]:
@@ -114,7 +114,7 @@ class Problem:
 
     @cached_property
     def _atom_pixels(self) -> list[int]:
-        return [int(n) for n in self.search_input.atoms.pixels]
+        return [int(n) for n in self.search_input.atoms.pixel_count]
 
     @cached_property
     def _lone(self) -> dict[Segment, float]:

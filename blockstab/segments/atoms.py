@@ -24,7 +24,7 @@ class Atoms:
 
     Args:
         label: (H, W) int64; 0 = no atom, 1..A = atoms. In every other place atom a is index `a - 1`.
-        pixels: (A,) int64, pixels of each atom.
+        pixel_count: (A,) int64, pixels of each atom.
         first, second: (E,) int64 atom indices, first < second, each touching pair once, sorted.
         border_px: (E,) float64 length of the shared border, pixels.
         strength: (E,) float64 mean boundary strength along the border, 0 to 1; low = likely inside one
@@ -32,14 +32,14 @@ class Atoms:
     """
 
     label: Tensor
-    pixels: Tensor
+    pixel_count: Tensor
     first: Tensor
     second: Tensor
     border_px: Tensor
     strength: Tensor
 
     def __len__(self) -> int:
-        return self.pixels.shape[0]
+        return self.pixel_count.shape[0]
 
 
 def make_atoms(label: Tensor, strength: Tensor) -> Atoms:
@@ -100,7 +100,9 @@ def over_segment(
     parts = connected_pieces(torch.where(area, plane * (parts.max() + 1) + parts, 0))
     atoms = make_atoms(parts, strength)
     # Where two edges run side by side, as that of a basin and that of a plane, what lies between means nothing.
-    return absorb_small(replace(atoms, pixels=torch.where(_slim(atoms), 0, atoms.pixels)), MIN_ATOM_PX)
+    return absorb_small(
+        replace(atoms, pixel_count=torch.where(_slim(atoms), 0, atoms.pixel_count)), MIN_ATOM_PX
+    )
 
 
 def absorb_small(atoms: Atoms, least_px: int) -> Tensor:
@@ -112,7 +114,7 @@ def absorb_small(atoms: Atoms, least_px: int) -> Tensor:
         (H, W) int64, 0 = none, the new parts from 1.
     """
     borders = borders_between(len(atoms), atoms.first, atoms.second, atoms.border_px, atoms.strength)
-    owner = torch.tensor(smallest_first(borders, atoms.pixels.tolist(), least_px), dtype=torch.int64)
+    owner = torch.tensor(smallest_first(borders, atoms.pixel_count.tolist(), least_px), dtype=torch.int64)
     number = torch.unique(owner, return_inverse=True)[1] + 1
     return F.pad(number, (1, 0))[atoms.label]
 

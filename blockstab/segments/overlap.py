@@ -29,7 +29,7 @@ class Overlap:
         self._shared = table.view(len(atoms), len(ids)).to(torch.float64)
         self._area = torch.bincount(index, minlength=len(ids)).to(torch.float64)
         self._object = torch.tensor([i > 0 and i not in background for i in ids.tolist()])
-        self._pixels = atoms.pixels.to(torch.float64)
+        self._pixels = atoms.pixel_count.to(torch.float64)
 
     def best(self, segments: Sequence[Segment]) -> Tensor:
         """(N,) Eq. 5: the greatest intersection over union of each segment with a true object."""

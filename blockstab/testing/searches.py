@@ -162,7 +162,7 @@ def starts() -> tuple[Segmentation, ...]:
     rest = [s for s in start.segments if s not in things]
     told = {pair for pair in start.told if pair[0] in rest}
     together = Segmentation(tuple(sorted([*rest, heap], key=min)), frozenset(told))
-    wall = start.telling({max(things, key=problem().pixels): True})
+    wall = start.telling({max(things, key=problem().pixel_count): True})
     pieces = [part for s in things for part in _pieces(s)]
     apart = Segmentation(tuple(sorted([*rest, *pieces], key=min)), frozenset(told))
     return start, together, wall, apart

@@ -60,7 +60,7 @@ def palette(scene: Scene, atoms: Atoms) -> Tensor:
     """(N + 1, 3) uint8: a colour that an object keeps from picture to picture, with its largest atom."""
     colors = torch.randint(40, 256, (len(atoms), 3), generator=torch.Generator().manual_seed(4))
     segments = scene.segmentation.segments
-    chosen = colors[[max(sorted(s), key=lambda atom: int(atoms.pixels[atom])) for s in segments]]
+    chosen = colors[[max(sorted(s), key=lambda atom: int(atoms.pixel_count[atom])) for s in segments]]
     chosen[scene.background] = torch.tensor(GREY)
     return torch.cat([colors.new_zeros(1, 3), chosen]).to(torch.uint8)
 

@@ -102,7 +102,9 @@ class ExampleMaker:
 
         def recording(learned: Potentials, of: SearchInput) -> Recorder:
             # Without caution: what a search finds so is what potentials must learn to judge.
-            return Recorder(expected_overlap(learned, of, caution=0.0), lambda *both: seen.append(both))
+            return Recorder(
+                expected_overlap(learned, of, caution=0.0, turning=0.0), lambda *both: seen.append(both)
+            )
 
         problem = problem_of(search_input, self.rules, potentials, recording, self.pool)
         truth, start = problem.rate([true_segmentation(problem), search_input.start])
@@ -131,7 +133,7 @@ class ExampleMaker:
         whole = list(dict.fromkeys([*atoms, *lone]))
 
         def rows(segments: list[Segment], target: Tensor) -> Rows:
-            size = torch.tensor([problem.pixels(s) for s in segments], dtype=torch.float64)
+            size = torch.tensor([problem.pixel_count(s) for s in segments], dtype=torch.float64)
             return Rows(problem.describe.lone(segments).float(), target, target > GOOD, size)
 
         return Examples(
@@ -148,7 +150,7 @@ def _new_rows(seen: Sequence[Described], overlap: Overlap) -> tuple[Rows, Rows]:
     segments, pairs = set[Segment](), set[frozenset[Segment]]()
     for one in seen:
         scene = one.scene
-        parts, area = scene.segmentation.segments, scene.pixels.double()
+        parts, area = scene.segmentation.segments, scene.pixel_count.double()
         loss = 1.0 - overlap.best(parts)
         new = [
             k

@@ -108,7 +108,7 @@ def _fit(
     seen = rows.features[:, chosen].double()
     as_bit = target == "bit" and kind in ("unary", "pairwise")
     wanted = rows.bad.double() if as_bit else rows.target
-    weight = None if as_bit else rows.pixels.sqrt() / rows.pixels.sqrt().mean()
+    weight = None if as_bit else rows.pixel_count.sqrt() / rows.pixel_count.sqrt().mean()
     found = choose_c(seen, wanted, group, columns, head, weight=weight, folds=folds, seed=seed, jobs=jobs)
     fit = cross_fit(
         seen,

@@ -21,13 +21,13 @@ class Rows(NamedTuple):
         features: (N, F) float32.
         target: (N,) float64, a loss between 0, good, and 1, bad.
         bad: (N,) bool, whether the paper calls it bad (section 7.1).
-        pixels: (N,) float64 that each stands for.
+        pixel_count: (N,) float64 that each stands for.
     """
 
     features: Tensor
     target: Tensor
     bad: Tensor
-    pixels: Tensor
+    pixel_count: Tensor
 
 
 class States(NamedTuple):

@@ -64,16 +64,19 @@ def test_every_segment_that_the_start_does_not_have_costs_its_share_of_caution()
         assert float(rating.energy - base.energy) == pytest.approx(0.1 * new / 500, abs=EXACT)
 
 
-def test_a_segment_that_changes_sides_is_new():
+def test_a_segment_that_turns_into_background_costs_turning_and_one_that_turns_back_caution():
     scene = scene_of(*ROW, pixels=[300, 120, 80])
     start = scene.segmentation
     turned = replace(scene, segmentation=start.telling({start.segments[1]: True}))
-    energy = ExpectedOverlap(first_column, first_column, caution=0.1, start=start)
+    costs = {"caution": 0.1, "turning": 0.3}
+    energy = ExpectedOverlap(first_column, first_column, **costs, start=start)
     same, other = energy([described(one, [0.2, 0.3, 0.4]) for one in (scene, turned)])
-    assert float(other.energy - same.energy) == pytest.approx(0.1 * 120 / 500, abs=EXACT)
-    told = ExpectedOverlap(first_column, first_column, caution=0.1, start=turned.segmentation)
-    (rating,) = told([described(turned, [0.2, 0.3, 0.4])])
-    assert float(rating.energy) == pytest.approx(float(same.energy), abs=EXACT)
+    assert float(other.energy - same.energy) == pytest.approx(0.3 * 120 / 500, abs=EXACT)
+    told = ExpectedOverlap(first_column, first_column, **costs, start=turned.segmentation)
+    back = replace(scene, segmentation=start.telling({start.segments[1]: False}))
+    kept, returned = told([described(one, [0.2, 0.3, 0.4]) for one in (turned, back)])
+    assert float(kept.energy) == pytest.approx(float(same.energy), abs=EXACT)
+    assert float(returned.energy - same.energy) == pytest.approx(0.1 * 120 / 500, abs=EXACT)
 
 
 def test_two_judges_are_the_mean_of_what_they_say_of_a_segment():

@@ -75,8 +75,8 @@ def test_the_energy_is_the_share_of_pixels_that_the_segmentation_loses(name):
     assert truth.unary[1:].tolist() == [0.0] * (len(truth.scene) - 1)
     merged = problem(name).search_input.start.merge(1, 2)
     (rating,) = problem(name).rate([merged])
-    a, b = sorted(problem(name).pixels(s) for s in problem(name).search_input.start.segments[1:3])
-    total = sum(problem(name).pixels(s) for s in merged.segments)
+    a, b = sorted(problem(name).pixel_count(s) for s in problem(name).search_input.start.segments[1:3])
+    total = sum(problem(name).pixel_count(s) for s in merged.segments)
     assert float(rating.energy) == pytest.approx((a + b) * (1 - b / (a + b)) / total)
 
 
@@ -84,10 +84,10 @@ def test_things_in_background_are_lost_and_a_table_as_an_object_is_lost_whole():
     start, table = blocks_view().start, blocks_view().start.segments[0]
     rate = watched(blocks_view(), true_overlap).problem
     block = start.segments[2]
-    total = sum(map(rate.pixels, start.segments))
+    total = sum(map(rate.pixel_count, start.segments))
     hidden, shown = rate.rate([start.telling({block: True}), start.telling({table: False})])
-    assert float(hidden.energy) == pytest.approx(rate.pixels(block) / total)
-    assert float(shown.energy) == pytest.approx(rate.pixels(table) / total)
+    assert float(hidden.energy) == pytest.approx(rate.pixel_count(block) / total)
+    assert float(shown.energy) == pytest.approx(rate.pixel_count(table) / total)
 
 
 def test_the_more_pieces_an_object_is_cut_into_the_worse():

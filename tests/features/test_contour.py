@@ -157,7 +157,7 @@ def test_a_merge_moves_the_border_between_two_parts_from_their_outlines_inside()
     one, other = frozenset({int(atoms.first[0])}), frozenset({int(atoms.second[0])})
     a, b, both = measured(observation, atoms, [one, other, one | other])
     outline = CONTOUR_COLUMNS.index("outline_px")
-    pixels = float(atoms.pixels[list(one | other)].sum())
+    pixels = float(atoms.pixel_count[list(one | other)].sum())
     within = float(both[CONTOUR_COLUMNS.index("interior_relative")]) * pixels**0.5
     assert within == pytest.approx(float(atoms.border_px[0]))
     assert float(both[outline]) == pytest.approx(float(a[outline] + b[outline]) - 2 * within)

@@ -44,7 +44,10 @@ def test_a_row_is_table_1_then_the_box_then_the_segment_by_itself():
         assert one.unary.shape == (len(scene), len(SEGMENT_COLUMNS))
         assert torch.equal(one.unary[:, :table], unary_features(scene))
         shape = box_shape(
-            scene.boxes, scene.pixels, SEARCH_INPUT.observation.frame.camera, SEARCH_INPUT.observation.ground
+            scene.boxes,
+            scene.pixel_count,
+            SEARCH_INPUT.observation.frame.camera,
+            SEARCH_INPUT.observation.ground,
         )
         assert torch.equal(one.unary[:, table:box], shape)
         assert torch.equal(one.unary[:, box:], describe.lone(scene.segmentation.segments))

@@ -105,7 +105,7 @@ def test_background_is_told_from_the_shape_where_nothing_is_known():
     search_input = view_of(photograph(*BLOCKS), Watershed())
     (scene,) = builder(search_input)([untold(search_input.start)])
     assert int(scene.background.sum()) == 1
-    assert int(scene.pixels[scene.background]) == int(scene.pixels.max())
+    assert int(scene.pixel_count[scene.background]) == int(scene.pixel_count.max())
 
 
 def test_what_is_known_of_a_segment_counts_more_than_its_shape():

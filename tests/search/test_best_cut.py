@@ -117,6 +117,6 @@ def test_a_part_is_kept_whole_where_it_loses_no_more_than_its_parts():
 
 def test_too_small_a_part_loses_all_of_itself():
     problem = watched(SMALL).problem
-    small = [s for s in nodes(problem.hierarchy) if problem.pixels(s) < MIN_SEGMENT_PX]
+    small = [s for s in nodes(problem.hierarchy) if problem.pixel_count(s) < MIN_SEGMENT_PX]
     assert small
-    assert problem.lone(small).tolist() == [problem.pixels(s) for s in small]
+    assert problem.lone(small).tolist() == [problem.pixel_count(s) for s in small]

@@ -82,7 +82,7 @@ def test_an_energy_that_finds_every_merge_worse_leaves_the_start_and_one_that_fi
 def test_the_larger_segment_of_a_pair_comes_first():
     account = watched(blocks_view())
     (scene,) = account.problem.build([over_split(blocks_view())])
-    size = dict(zip(scene.segmentation.segments, scene.pixels.tolist(), strict=True))
+    size = dict(zip(scene.segmentation.segments, scene.pixel_count.tolist(), strict=True))
     assert all(size[first] >= size[second] for first, second in pairs_of(scene))
 
 

@@ -23,9 +23,9 @@ def problem() -> Problem:
 
 def test_a_segment_by_itself_loses_by_its_pixels_what_the_potential_says_of_it():
     now, segments = problem(), over_split(blocks_view()).segments
-    large = [s for s in segments if now.pixels(s) >= MIN_SEGMENT_PX]
+    large = [s for s in segments if now.pixel_count(s) >= MIN_SEGMENT_PX]
     share = toy_potentials().alone(now.describe.lone(large)).clamp(0, 1)
-    expected = share * torch.tensor([now.pixels(s) for s in large])
+    expected = share * torch.tensor([now.pixel_count(s) for s in large])
     torch.testing.assert_close(now.lone(large), expected)
     assert 0.0 < float(share.amin()) < 1.0
 
@@ -49,14 +49,14 @@ def test_the_potential_is_asked_of_each_segment_once():
 def test_pixels_of_a_segment_are_those_of_the_image():
     now, label = problem(), blocks_view().start.labels(blocks_view().atoms)
     for number, segment in enumerate(blocks_view().start.segments, start=1):
-        assert now.pixels(segment) == int((label == number).sum())
+        assert now.pixel_count(segment) == int((label == number).sum())
 
 
 def test_a_segment_falls_in_two_as_the_hierarchy_says_unless_a_part_is_too_small():
     now = problem()
     for segment in nodes(now.hierarchy):
         parts = split(segment, now.search_input.atoms, now.hierarchy)
-        small = parts is None or min(map(now.pixels, parts)) < MIN_SEGMENT_PX
+        small = parts is None or min(map(now.pixel_count, parts)) < MIN_SEGMENT_PX
         assert now.split(segment) == (None if small else parts)
     assert {now.split(s) is None for s in nodes(now.hierarchy) if len(s) > 1} == {True, False}
 
@@ -66,7 +66,7 @@ def test_the_pool_is_what_was_offered_and_the_nodes_each_once_and_large_enough()
     offered = set(Regions((Watershed(threshold=0.3),))(blocks_view()))
     everything = offered | set(nodes(now.hierarchy))
     assert len(set(now.masks)) == len(now.masks)
-    assert set(now.masks) == {s for s in everything if now.pixels(s) >= MIN_SEGMENT_PX}
+    assert set(now.masks) == {s for s in everything if now.pixel_count(s) >= MIN_SEGMENT_PX}
     assert set(now.masks) > set(now.nodes)
     assert set(problem().masks) == set(now.nodes)
 

@@ -166,7 +166,7 @@ def test_borders_are_measured_along_their_length() -> None:
     label = torch.tensor([[1, 1, 2], [1, 1, 2], [3, 3, 0]])
     strength = torch.tensor([[0.0, 0.2, 0.6], [0.0, 0.1, 0.0], [0.4, 0.0, 1.0]], dtype=torch.float64)
     atoms = make_atoms(label, strength)
-    assert atoms.pixels.tolist() == [4, 2, 2]
+    assert atoms.pixel_count.tolist() == [4, 2, 2]
     assert list(zip(atoms.first.tolist(), atoms.second.tolist(), strict=True)) == [(0, 1), (0, 2)]
     assert atoms.border_px.tolist() == [2.0, 2.0]
     assert atoms.strength.tolist() == pytest.approx([(0.6 + 0.1) / 2, (0.4 + 0.1) / 2], abs=EXACT)

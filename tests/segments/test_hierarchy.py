@@ -24,7 +24,7 @@ def row(*strengths: float) -> Atoms:
     )
     return Atoms(
         atoms.label,
-        atoms.pixels,
+        atoms.pixel_count,
         atoms.first,
         atoms.second,
         atoms.border_px,
@@ -72,7 +72,7 @@ def test_a_merged_border_has_the_mean_along_its_length() -> None:
     atoms = make_atoms(label, strength)
     atoms = Atoms(
         atoms.label,
-        atoms.pixels,
+        atoms.pixel_count,
         atoms.first,
         atoms.second,
         atoms.border_px,

@@ -24,7 +24,7 @@ class OverlapOfAtoms:
         inside = [atoms.label[(label == identity) & (atoms.label > 0)] - 1 for identity in objects]
         self._shared = torch.stack([torch.bincount(some, minlength=len(atoms)) for some in inside], dim=1)
         self._area = torch.stack([(label == identity).sum() for identity in objects])
-        self._pixels = atoms.pixels
+        self._pixels = atoms.pixel_count
 
     def __call__(self, segmentation: Segmentation) -> float:
         """Between 0 and 1."""

@@ -69,7 +69,7 @@ def inner_nodes(rating: Rating, problem: Problem) -> Iterator[tuple[int, Segment
         zip(segmentation.segments, rating.scene.background.tolist(), strict=True)
     ):
         if not apart and len(whole) > 1:
-            pixels = problem.pixels(whole)
+            pixels = problem.pixel_count(whole)
             for node in problem.nodes:
-                if node < whole and pixels - problem.pixels(node) >= MIN_SEGMENT_PX:
+                if node < whole and pixels - problem.pixel_count(node) >= MIN_SEGMENT_PX:
                     yield i, whole, node

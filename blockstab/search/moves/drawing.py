@@ -74,5 +74,5 @@ def _losses(rating: Rating, problem: Problem) -> dict[Segment, float]:
     scene = rating.scene
     segments = scene.segmentation.segments
     alone = problem.lone(segments)
-    lost = problem.describe.lost(scene) * scene.pixels
+    lost = problem.describe.lost(scene) * scene.pixel_count
     return dict(zip(segments, torch.where(scene.background, lost, alone).tolist(), strict=True))

@@ -23,6 +23,6 @@ class Turn:
         scene = rating.scene
         now = scene.segmentation
         lost, phi = problem.describe.lost(scene), rating.unary.detach().clamp(0.0, 1.0)
-        gain = scene.pixels * torch.where(scene.background, lost - phi, phi - lost)
+        gain = scene.pixel_count * torch.where(scene.background, lost - phi, phi - lost)
         turned = dict.fromkeys(draw(gain, torch.ones(len(scene), dtype=torch.bool), count, generator))
         return [now.telling({now.segments[k]: not bool(scene.background[k])}) for k in turned]

@@ -48,7 +48,7 @@ class Unexplained:
                     atom for atom, outside in zip(seen.atoms, off.tolist(), strict=True) if outside
                 )
                 parts = (part, whole - part)
-                if min(problem.pixels(p) for p in parts) >= MIN_SEGMENT_PX:
+                if min(problem.pixel_count(p) for p in parts) >= MIN_SEGMENT_PX:
                     changes.append(Change((whole,), parts, partial(now.replace, i, parts)))
         return most_promising(changes, rating, problem, count, generator)
 

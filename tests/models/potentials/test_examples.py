@@ -64,10 +64,10 @@ def test_rows_are_finite_and_lose_something_between_nothing_and_all(kind):
     assert rows.features.shape == (len(rows.target), len(COLUMNS[kind]))
     assert rows.features.dtype == torch.float32
     assert bool(rows.features.isfinite().all())
-    assert rows.target.dtype == rows.pixels.dtype == torch.float64
+    assert rows.target.dtype == rows.pixel_count.dtype == torch.float64
     assert bool(((rows.target >= 0) & (rows.target <= 1)).all())
     assert float(rows.target.amin()) < 0.1 < 0.9 < float(rows.target.amax())
-    assert bool((rows.pixels > 0).all())
+    assert bool((rows.pixel_count > 0).all())
 
 
 def test_true_segments_are_good_examples():
@@ -84,8 +84,8 @@ def test_true_segments_are_good_examples():
 def test_background_is_no_example_of_a_segment():
     table = float((FRAME.label == 1).sum())
     found = made(replace(MAKER, moves=(Split(), Merge())))  # none that turns it into an object
-    assert float(found.unary.pixels.amax()) < 0.5 * table
-    assert float(found.alone.pixels.amax()) > 0.9 * table  # but by itself it is judged
+    assert float(found.unary.pixel_count.amax()) < 0.5 * table
+    assert float(found.alone.pixel_count.amax()) > 0.9 * table  # but by itself it is judged
 
 
 def test_the_truth_and_a_start_that_is_true_lose_nothing():
@@ -118,7 +118,7 @@ def test_to_the_paper_a_boundary_is_bad_if_either_side_is():
 def test_every_atom_and_every_lone_segment_tells_of_background_by_the_things_in_it():
     found = made(CLEAN)
     atoms = len(view_of(photograph(*BLOCKS)).atoms)
-    share, pixels = found.background.target, found.background.pixels
+    share, pixels = found.background.target, found.background.pixel_count
     assert set(share[:atoms].tolist()) == {0.0, 1.0}
     assert float((share * pixels)[:atoms].sum()) == float((FRAME.label > 1).sum())
     assert atoms < len(share) <= atoms + len(found.alone.target)

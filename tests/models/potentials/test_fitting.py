@@ -203,7 +203,7 @@ def test_larger_segments_pull_the_potential_more_where_degrees_are_learned():
     generator = torch.Generator().manual_seed(1)
     half = torch.arange(ROWS) % 2
     flat = Rows(torch.zeros(ROWS, len(COLUMNS["unary"])), half.double(), half > 0, torch.ones(ROWS).double())
-    heavy = flat._replace(pixels=torch.where(flat.target > 0, 900.0, 1.0).double())
+    heavy = flat._replace(pixel_count=torch.where(flat.target > 0, 900.0, 1.0).double())
     means = {}
     for name, unary in (("even", flat), ("heavy", heavy)):
         some = [

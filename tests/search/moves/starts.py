@@ -28,7 +28,7 @@ def rating(name: str) -> Rating:
 def _wall() -> Segmentation:
     """The truth, but of the largest block it is told that it is background."""
     truth = blocks_view().start
-    return truth.telling({max(truth.segments[1:], key=problem().pixels): True})
+    return truth.telling({max(truth.segments[1:], key=problem().pixel_count): True})
 
 
 def _heaps(size: int) -> Segmentation:

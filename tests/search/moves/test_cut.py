@@ -22,12 +22,12 @@ def objects(start: str) -> list[Segment]:
 
 def parts(start: str) -> set[tuple[Segment, Segment]]:
     """Every object with every node in it, by brute force."""
-    large = {n for n in nodes(problem().hierarchy) if problem().pixels(n) >= MIN_SEGMENT_PX}
+    large = {n for n in nodes(problem().hierarchy) if problem().pixel_count(n) >= MIN_SEGMENT_PX}
     return {
         (whole, node)
         for whole in objects(start)
         for node in large
-        if node < whole and problem().pixels(whole - node) >= MIN_SEGMENT_PX
+        if node < whole and problem().pixel_count(whole - node) >= MIN_SEGMENT_PX
     }
 
 

@@ -87,7 +87,7 @@ def test_what_the_new_segments_lose_counts_against_a_change(generator):
 def test_background_loses_the_things_in_it_and_not_what_it_would_lose_as_an_object(generator):
     table = RATING.scene.segmentation
     taken = Change((TABLE,), halves(TABLE), partial(table.replace, PAIRS.index(TABLE), halves(TABLE)))
-    pixels = float(RATING.scene.pixels[0])
+    pixels = float(RATING.scene.pixel_count[0])
     as_object = judging({TABLE: 1000.0, BLOCKS[0]: pixels, BLOCKS[1]: pixels})
     assert counted(as_object, [*CHANGES[:2], taken], generator)[2] < 0.2 * DRAWS
     full_of_things = judging({BLOCKS[0]: 0.0}, lost=1.0)

@@ -31,7 +31,7 @@ def test_what_is_told_is_turned_and_what_was_found_out_is_told():
 
 def test_an_object_on_the_ground_is_turned_more_often_than_a_good_one():
     table = STARTS["truth"].segments[0]
-    ground = max((mask for mask in problem().masks if mask < table), key=problem().pixels)
+    ground = max((mask for mask in problem().masks if mask < table), key=problem().pixel_count)
     (now,) = problem().rate([STARTS["truth"].carve(ground)])
     drawn = Counter(
         next(s for s in now.scene.segmentation.segments if result.background[s] != told[s])

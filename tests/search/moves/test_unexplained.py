@@ -74,4 +74,4 @@ def test_neither_part_is_smaller_than_a_segment_may_be(name):
     problem, rating = taken_for_one(name)
     for least_m in (0.0005, 0.001, 0.003, 0.02):
         for result in Unexplained(steps=0.0, least_m=least_m)(rating, problem, ALL, seeded(0)):
-            assert min(map(problem.pixels, result.segments)) >= MIN_SEGMENT_PX
+            assert min(map(problem.pixel_count, result.segments)) >= MIN_SEGMENT_PX
