@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,7 +22,7 @@ from blockstab.testing.photographs import BLOCKS, photograph
 from models.potentials.heads import TreesHead
 from models.potentials.parsing import parsing_potentials
 from models.potentials.rows import KINDS
-from tests.docs.pages import composed
+from tests.docs.pages import ROOT, composed
 from tests.synthetic import write_folder
 from tests.tolerance import EXACT
 
@@ -135,3 +138,18 @@ def test_a_run_tells_how_well_it_ranks_what_it_has_not_seen(place):
     record = json.loads((place / "told.json").read_text())
     auc = record["provenance"]["potentials"]["unary"]["held_out_auc"]
     assert loss == pytest.approx(1.0 - auc, abs=EXACT)
+
+
+def test_two_jobs_of_a_sweep_keep_what_each_has_trained(place, tmp_path):
+    words = [w for w in training(place, "sweep", "rounds=0") if not w.startswith("output=")]
+    swept = subprocess.run(
+        [sys.executable, str(ROOT / "train.py"), "-m", "seed=0,1", *words],
+        cwd=tmp_path,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+    )
+    assert swept.returncode == 0, swept.stderr
+    one, other = sorted(tmp_path.glob("out/train/*/*/potentials.safetensors"))
+    assert (one.parent.name, other.parent.name) == ("0", "1")
+    assert one.read_bytes() != other.read_bytes()
