@@ -96,7 +96,7 @@ def test_every_command_of_the_page_is_accepted(mine, program):
         composed(program, overrides, mine)
 
 
-@pytest.mark.parametrize("kind", ["Swallow", "Climb", "Careful"])
+@pytest.mark.parametrize("kind", ["Swallow", "Climb", "Careful", "Coarse"])
 def test_the_parts_of_the_page_keep_the_contracts_of_the_page(mine, kind):
     names: dict[str, Any] = {"__name__": "test_mine"}
     exec(compile((mine / "test_mine.py").read_text(), "test_mine.py", "exec", dont_inherit=True), names)
@@ -115,3 +115,17 @@ def test_the_data_set_of_the_page_is_read(mine):
 def test_the_judge_of_the_page_is_asked_by_the_rules(mine):
     rules = instantiate(composed("parse", ["judge=careful", "judge.least_margin_m=0.03"], mine).rules)
     assert rules.judge.least_margin_m == 0.03
+
+
+def test_the_move_of_the_page_is_one_of_a_search(mine):
+    search = instantiate(composed("parse", ["search=swallowing"], mine).search)
+    assert search.moves[-1].most_px == 300
+    assert search.rounds == 12
+
+
+def test_the_sensor_of_the_page_sees_simulated_scenes(mine, tmp_path):
+    words = ["data=coarse", "data.count=1", f"data.cache={tmp_path}/cache", "+data.jobs=1"]
+    made = instantiate(composed("train", words, mine).data)
+    frame, _ = made.read(made.scenes()[0])
+    assert frame.depth.shape == (240, 320)
+    assert bool(((frame.depth / 0.005 - (frame.depth / 0.005).round()).abs() < 1e-6).all())

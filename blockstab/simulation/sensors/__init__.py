@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Protocol
 
 import torch
@@ -57,11 +58,18 @@ SENSORS: dict[str, Sensor] = {"kinect": Kinect(), "realsense": RealSense(), "ide
 
 
 def sensor(name: str) -> Sensor:
-    """The sensor of that name.
+    """The sensor of that name, or of a class of one's own that is named as `package.module.Class`.
 
     Raises:
         ValueError: there is none.
     """
-    if name not in SENSORS:
-        raise ValueError(f"There is no sensor {name!r}; choose from: {', '.join(SENSORS)}.")
-    return SENSORS[name]
+    if name in SENSORS:
+        return SENSORS[name]
+    try:
+        module, _, own = name.rpartition(".")
+        made: Sensor = getattr(import_module(module), own)()
+    except (ImportError, AttributeError, ValueError, TypeError) as error:
+        raise ValueError(
+            f"There is no sensor {name!r} ; choose from: {', '.join(SENSORS)}, or name a class of your own ({error})."
+        ) from None
+    return made
