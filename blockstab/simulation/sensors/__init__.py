@@ -70,6 +70,6 @@ def sensor(name: str) -> Sensor:
         made: Sensor = getattr(import_module(module), own)()
     except (ImportError, AttributeError, ValueError, TypeError) as error:
         raise ValueError(
-            f"There is no sensor {name!r} ; choose from: {', '.join(SENSORS)}, or name a class of your own ({error})."
+            f"There is no sensor {name!r}; choose from: {', '.join(SENSORS)}, or name a class of your own ({error})."
         ) from None
     return made
