@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -18,6 +16,7 @@ from blockstab.output.batch import Job, parse_all
 from blockstab.parsing.parser import Parser
 from blockstab.proposals.files import SCENE
 from blockstab.rgbd.frame import Camera, read_images, read_scene
+from models.entry import one_line_errors
 
 app = typer.Typer(
     help="Understand RGB-D images as things that stand.",
@@ -74,7 +73,7 @@ def parse(
         raise typer.BadParameter(f"--masks needs {SCENE} in its path, for each scene has masks of its own")
     groups = {"proposals": proposals, "boundaries": boundaries, "search": search, "ground": up}
     values = {"proposals.path": masks, "potentials": potentials, "seed": seed}
-    with _one_line():
+    with one_line_errors(_stop, str(out)):
         parser = _parser(_given(groups), settings, _given(values), config_dir)
         outcomes = parse_all(work, parser, out, workers=jobs, overwrite=overwrite)
     failed = sum(outcome.error is not None for outcome in outcomes)
@@ -100,7 +99,7 @@ def simulate(
 ) -> None:
     """Make scenes by physics and ray casting, with exact truth."""
     begin = time.perf_counter()
-    with _one_line():
+    with one_line_errors(_stop, str(out)):
         if verdicts:
             made = _simulated_verdicts(out, preset, count, seed, jobs)
         else:
@@ -155,14 +154,10 @@ def _parser(
 ) -> Parser:
     # Whatever is learned, and hydra, is loaded by who asks for a parse.
     from models.configured import ParserMaker, composed
-    from models.entry import mistake
 
     chosen = [f"{group}={name}" for group, name in groups.items()]
-    try:
+    with one_line_errors(_refuse):
         cfg = composed("parse", [*chosen, *settings], values, config_dir)
-    except Exception as error:
-        said = mistake(error)
-        raise typer.BadParameter(said) if said else error from None
     return ParserMaker(cfg.heads)(cfg)
 
 
@@ -170,16 +165,10 @@ def _given(options: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-@contextmanager
-def _one_line() -> Iterator[None]:
-    """Turn what a caller got wrong into one line and exit status 1."""
-    try:
-        yield
-    except Exception as error:
-        from models.entry import mistake
+def _stop(said: str) -> NoReturn:
+    typer.secho(said, fg="red", err=True)
+    raise typer.Exit(1) from None
 
-        said = mistake(error)
-        if said is None:
-            raise
-        typer.secho(said, fg="red", err=True)
-        raise typer.Exit(1) from None
+
+def _refuse(said: str) -> NoReturn:
+    raise typer.BadParameter(said) from None

@@ -2,39 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-
-from hydra.errors import HydraException, InstantiationException, OverrideParseException
-from omegaconf.errors import OmegaConfBaseException
+from typing import NoReturn
 
 
-def mistake(error: BaseException) -> str | None:
-    """What a caller got wrong, or has not installed, in one line; None where the fault is not the caller's."""
+def mistake(error: BaseException, place: str = "a file") -> str | None:
+    """What a caller got wrong, or has not installed, in one line; None where the fault is not the caller's.
+
+    Args:
+        place: what could not be read or written, where the error does not say it.
+    """
+    # The command line asks about mistakes alone; hydra takes longer to load than the rest of its start.
+    from hydra.errors import HydraException, InstantiationException, OverrideParseException
+    from omegaconf.errors import OmegaConfBaseException
+
     if isinstance(error, InstantiationException):
         # What a part of the configuration refuses is its caller's mistake; all else keeps its traceback.
         named = "Error locating target" in str(error)
-        return _line(str(error)) if named or not error.__cause__ else mistake(error.__cause__)
+        return _line(str(error)) if named or not error.__cause__ else mistake(error.__cause__, place)
     if isinstance(error, OverrideParseException):
         return f"The setting {error.override!r} cannot be read: {_line(error.message)}."
     if isinstance(error, OSError) and error.strerror:
-        place = error.filename or "a file"
-        return f"{place}: {error.strerror}; once that is mended, the same command goes on where it stopped."
+        where = error.filename or place
+        return f"{where}: {error.strerror}; once that is mended, the same command goes on where it stopped."
     if isinstance(error, (ValueError, ModuleNotFoundError, HydraException, OmegaConfBaseException)):
         return _line(str(error))
     return None
 
 
+def leave(said: str) -> NoReturn:
+    """Print a line on standard error, and leave with status 1."""
+    raise SystemExit(said)
+
+
 @contextmanager
-def one_line_errors() -> Iterator[None]:
-    """Turn mistakes into one line on standard error and exit status 1."""
+def one_line_errors(stop: Callable[[str], NoReturn] = leave, place: str = "a file") -> Iterator[None]:
+    """Hand mistakes, each in one line, to `stop`; all else keeps its traceback. `place` is as in `mistake`."""
     try:
         yield
     except Exception as error:
-        said = mistake(error)
+        said = mistake(error, place)
         if said is None:
             raise
-        raise SystemExit(said) from None
+        stop(said)
 
 
 def _line(text: str) -> str:

@@ -67,10 +67,9 @@ class CroppedScenes:
         )
         boundary = None if truth.boundary is None else truth.boundary[:, rows, columns].clone()
         if boundary is not None:
-            boundary[0, :, -1], boundary[1, -1] = (
-                False,
-                False,
-            )  # a pixel at the rim has no neighbour beyond it
+            # A pixel at the rim has no neighbour beyond it.
+            boundary[0, :, -1] = False
+            boundary[1, -1] = False
         return cut, replace(truth, objects=objects, boundary=boundary)
 
     def stamp(self, scene: str) -> str:

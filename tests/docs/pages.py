@@ -6,8 +6,9 @@ import re
 import shlex
 from pathlib import Path
 
-from hydra import compose, initialize_config_dir
 from omegaconf import DictConfig
+
+from models import configured
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -29,6 +30,4 @@ def commands(page: Path, program: str) -> list[list[str]]:
 
 def composed(config: str, overrides: list[str], more: Path | None = None) -> DictConfig:
     """What hydra makes of a command line; `more` is the folder that --config-dir names."""
-    searched = [] if more is None else [f"hydra.searchpath=[file://{more}]"]
-    with initialize_config_dir(str(ROOT / "configs"), version_base="1.3"):
-        return compose(config, [*searched, *overrides])
+    return configured.composed(config, overrides, {}, more)
