@@ -17,12 +17,17 @@ _SPOILT = (ValueError, TypeError, OverflowError, RecursionError)
 
 
 def read_learned(
-    path: Path | str, task: str, most_bytes: int, make: Callable[[dict[str, Any]], Learned]
+    path: Path | str,
+    task: str,
+    form: int,
+    most_bytes: int,
+    make: Callable[[dict[str, Any]], Learned],
 ) -> Learned:
     """Read what was trained by `train.py task=...`.
 
     Args:
         path: of the file; or a name without folder and suffix, of one that comes with this package.
+        form: the `format` that the file must have.
         most_bytes: of the file.
         make: makes the thing of the object in the file; what it raises of spoilt files becomes one line.
 
@@ -40,6 +45,8 @@ def read_learned(
         record = json.loads(file.read_bytes())
         if not isinstance(record, dict):
             raise ValueError("it must be an object.")
+        if record.get("format") != form:
+            raise ValueError(f"it must be an object of format {form}.")
         return make(record)
     except KeyError as error:
         raise CheckpointError(f"{file} holds no {task} that can be used: it has no {error}.") from None

@@ -130,12 +130,10 @@ def load_boundary(path: Path | str = "boundary") -> LogisticWeights:
     Raises:
         CheckpointError: naming the file and what is wrong with it.
     """
-    return read_learned(path, "boundary", MAX_BYTES, _weights)
+    return read_learned(path, "boundary", FORMAT, MAX_BYTES, _weights)
 
 
 def _weights(record: dict[str, Any]) -> LogisticWeights:
-    if record.get("format") != FORMAT:
-        raise ValueError(f"it must be an object of format {FORMAT}.")
     named = record["weights"]
     if not isinstance(named, dict) or tuple(named) != CUES:
         raise ValueError(f"it must have weights for {', '.join(CUES)}; train it anew.")

@@ -97,12 +97,10 @@ def load_stages(path: Path | str) -> StagedMerging:
     Raises:
         CheckpointError: naming the file and what is wrong with it.
     """
-    return read_learned(path, "stages", MAX_BYTES, _merging)
+    return read_learned(path, "stages", FORMAT, MAX_BYTES, _merging)
 
 
 def _merging(record: dict[str, Any]) -> StagedMerging:
-    if record.get("format") != FORMAT:
-        raise ValueError(f"it must be an object of format {FORMAT}.")
     if record["columns"] != list(APPEARANCE_COLUMNS) or record["variant"] not in get_args(Variant):
         raise ValueError("it speaks of other features than this version computes; train it anew.")
     stages = tuple(BoostedStage(float(s["threshold"]), str(s["trees"])) for s in record["stages"])
