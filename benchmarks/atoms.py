@@ -1,4 +1,4 @@
-"""How well atoms keep to the borders of objects: python -m benchmarks.atoms --root osd --out atoms_osd.json."""
+"""Boundary adherence of atoms: python -m benchmarks.atoms --root osd --out atoms_osd.json."""
 
 from __future__ import annotations
 

@@ -15,8 +15,8 @@ from skimage.filters import sobel
 from skimage.segmentation import felzenszwalb, slic, watershed
 from torch import Tensor
 
-from blockstab.boundaries.combination import FixedWeights
 from blockstab.boundaries.cues import cues_of
+from blockstab.boundaries.edge_models import FixedWeights
 from blockstab.boundaries.gradients import color_gradients
 from blockstab.boundaries.relief import relief
 from blockstab.features.appearance.pair_columns import edgelet_appearance

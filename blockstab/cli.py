@@ -16,6 +16,7 @@ from blockstab.output.batch import Job, parse_all
 from blockstab.parsing.parser import Parser
 from blockstab.proposals.files import SCENE
 from blockstab.rgbd.frame import Camera, read_images, read_scene
+from blockstab.rgbd.noise import noise_from
 from models.entry import one_line_errors
 
 app = typer.Typer(
@@ -38,13 +39,16 @@ def parse(
     fy: Annotated[float, typer.Option(help="Focal length, pixels.")] = math.nan,
     cx: Annotated[float, typer.Option(help="Principal point, pixels.")] = math.nan,
     cy: Annotated[float, typer.Option(help="Principal point, pixels.")] = math.nan,
+    sensor: Annotated[
+        str, typer.Option(help="Whose depth noise that pair has: kinect, realsense, ideal.")
+    ] = "kinect",
     proposals: Annotated[
         str | None, typer.Option(help="First segmentation: watershed, silberman, labels, files, ...")
     ] = None,
     masks: Annotated[
         str | None, typer.Option(help="For files: their path, with {scene} for the scene's name.")
     ] = None,
-    boundaries: Annotated[
+    edges: Annotated[
         str | None, typer.Option(help="How cues of an edge are weighed: fixed, learned.")
     ] = None,
     search: Annotated[str | None, typer.Option(help="How it is improved: rsamp, greedy, none.")] = None,
@@ -64,14 +68,16 @@ def parse(
     settings = [word for word in scenes or [] if "=" in word and not Path(word).exists()]
     work = [folder_job(Path(word)) for word in scenes or [] if word not in settings]
     if color is not None or depth is not None:
-        work.append(_loose_job(color, depth, Camera(fx, fy, cx, cy)))
+        with one_line_errors(_refuse):
+            camera = Camera(fx, fy, cx, cy, noise_from(sensor))
+        work.append(_loose_job(color, depth, camera))
     if not work:
         raise typer.BadParameter("give scene folders, or --color and --depth with --fx --fy --cx --cy")
     if (masks is not None) != (proposals == "files"):
         raise typer.BadParameter("--proposals files and --masks belong together")
     if masks is not None and len(work) > 1 and SCENE not in masks:
         raise typer.BadParameter(f"--masks needs {SCENE} in its path, for each scene has masks of its own")
-    groups = {"proposals": proposals, "boundaries": boundaries, "search": search, "ground": up}
+    groups = {"proposals": proposals, "edges": edges, "search": search, "ground": up}
     values = {"proposals.path": masks, "potentials": potentials, "seed": seed}
     with one_line_errors(_stop, str(out)):
         parser = _parser(_given(groups), settings, _given(values), config_dir)
@@ -153,12 +159,12 @@ def _parser(
     groups: dict[str, Any], settings: list[str], values: dict[str, Any], config_dir: Path | None
 ) -> Parser:
     # Whatever is learned, and hydra, is loaded by who asks for a parse.
-    from models.configured import ParserMaker, composed
+    from models.configured import ParserMaker, composed, own_columns
 
     chosen = [f"{group}={name}" for group, name in groups.items()]
     with one_line_errors(_refuse):
         cfg = composed("parse", [*chosen, *settings], values, config_dir)
-    return ParserMaker(cfg.heads)(cfg)
+    return ParserMaker(cfg.heads, own_columns(cfg))(cfg)
 
 
 def _given(options: dict[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What an image shows before any thought about objects: points, ground, boundaries, planes, atoms."""
+"""Observation of an image, without object hypotheses: points, ground, boundaries, planes, atoms."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import torch
 from torch import Tensor
 
 from blockstab.boundaries import BoundaryMap
-from blockstab.boundaries.combination import Combination, FixedWeights
 from blockstab.boundaries.cues import cues_of
+from blockstab.boundaries.edge_models import EdgeModel, FixedWeights
 from blockstab.boundaries.gradients import COLOR_GRADIENTS, pb
-from blockstab.rgbd.cloud import SENSOR_STEP, Cloud, cloud_from_frame
+from blockstab.rgbd.cloud import Cloud, cloud_from_frame
 from blockstab.rgbd.frame import Frame
 from blockstab.rgbd.ground import Ground, estimate_ground, ground_from_up
 from blockstab.segments.atoms import over_segment
@@ -63,7 +63,7 @@ class Observation:
         """(H, W) bool: measured pixels in the ground plane; none where its height is unknown."""
         if self.ground.height is None:
             return torch.zeros_like(self.cloud.valid)
-        step = SENSOR_STEP * self.cloud.depth**2
+        step = self.cloud.noise.at(self.cloud.depth**2)
         height = (self.cloud.points[..., 1] - self.ground.height).abs()
         flat = self.cloud.normals[..., 1] > _FLAT
         reach = torch.where(
@@ -90,16 +90,14 @@ def given_ground(frame: Frame, cloud: Cloud) -> Ground:
     return ground_from_up(cloud, frame.up_camera)
 
 
-def observe(frame: Frame, ground_of: GroundFinder, combination: Combination = _FIXED) -> Observation:
-    """Look at an image; `combination` weighs the cues of a boundary."""
+def observe(frame: Frame, ground_of: GroundFinder, edges: EdgeModel = _FIXED) -> Observation:
+    """Look at an image; `edges` weighs the cues of a boundary."""
     cloud = cloud_from_frame(frame)
     ground = ground_of(frame, cloud)
-    return observation_of(frame, cloud.rotated(ground.world_from_camera), ground, combination)
+    return observation_of(frame, cloud.rotated(ground.world_from_camera), ground, edges)
 
 
-def observation_of(
-    frame: Frame, cloud: Cloud, ground: Ground, combination: Combination = _FIXED
-) -> Observation:
+def observation_of(frame: Frame, cloud: Cloud, ground: Ground, edges: EdgeModel = _FIXED) -> Observation:
     """The boundaries and parts of an image whose points, in the world frame, and ground are known.
 
     The shadow that a thing casts belongs to what is behind it. Other gaps in the depth are left by black, shiny and
@@ -107,7 +105,7 @@ def observation_of(
     their colour goes on; and then, across edges too, into what they enclose. So every part has measured pixels.
     """
     cues, planes = cues_of(frame), find_planes(cloud)
-    found, shadow = combination(cues), shadows(cloud.depth, frame.camera.fx)
+    found, shadow = edges(cues), shadows(cloud.depth, frame.camera.fx, cloud.noise.baseline_m)
     fine = over_segment(found.strength, cloud.valid, planes.label, shadow)
     gaps = ~cloud.valid & (fine == 0) & (shadow < 0)
     if bool(gaps.any()):

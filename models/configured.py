@@ -1,4 +1,4 @@
-"""What a configuration describes: a parser, and the methods of an experiment."""
+"""Objects from configurations: a parser, and the methods of an experiment."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from hydra.utils import get_class, instantiate
 from omegaconf import DictConfig, OmegaConf
 
 import blockstab
+from blockstab.features.columns import SegmentColumns
 from blockstab.parsing.parser import Parser
 from models.potentials.examples import ExampleMaker
 from models.potentials.heads import HEADS
@@ -26,7 +27,7 @@ PARTS = {
     "search": "search",
     "energy": "energy",
     "pool": "pool",
-    "boundaries": "boundaries",
+    "edges": "edges",
     "rules": "rules",
     "ground": "ground_of",
     "potentials": "potentials",
@@ -35,7 +36,7 @@ PARTS = {
 
 
 def made(node: DictConfig) -> Any:
-    """What a node of a configuration describes; the lists in it are plain lists of what their items describe."""
+    """Object that a node of a configuration describes; lists in it are plain lists of what their items describe."""
     # In a list of its own, hydra would turn every dataclass back into a configuration.
     return instantiate(node, _convert_="all")
 
@@ -50,10 +51,16 @@ def example_maker(cfg: DictConfig, starts: Iterable[DictConfig] = (), **settings
     return ExampleMaker(
         proposals=[made(proposal) for proposal in (cfg.proposals, *starts)],
         moves=made(cfg.search).moves,
-        boundaries=made(cfg.boundaries),
+        edges=made(cfg.edges),
         pool=made(cfg.pool),
+        columns=own_columns(cfg),
         **settings,
     )
+
+
+def own_columns(cfg: DictConfig) -> tuple[SegmentColumns, ...]:
+    """The columns of segments that a configuration adds to ours."""
+    return tuple(made(cfg.columns).values())
 
 
 def composed(
@@ -89,16 +96,23 @@ def see_own_code() -> None:
 class ParserMaker:
     """Makes parsers of configurations. Parts that are configured alike are one: what they compute is shared."""
 
-    def __init__(self, heads: Iterable[str] = ()) -> None:
-        """Nothing is known yet, but for the paths of classes of heads that potentials may name beside ours."""
+    def __init__(self, heads: Iterable[str] = (), columns: Sequence[SegmentColumns] = ()) -> None:
+        """Nothing is known yet but what potentials may ask for.
+
+        Args:
+            heads: paths of classes that they may name, beside ours.
+            columns: of segments, beside ours.
+        """
         self._known: dict[str, Any] = {}
+        self._columns = columns
         own: list[Any] = [get_class(path) for path in heads]
         self._heads = {**HEADS, **{head.name: head for head in own}}
 
     def __call__(self, usual: DictConfig, given: Mapping[str, Any] | None = None) -> Parser:
         """The parser of a configuration like `parse.yaml`; `given` has those of its parts that are to be others."""
         nodes = {name: usual[name] for name in PARTS} | dict(given or {})
-        return Parser(**{PARTS[name]: self._part(name, node) for name, node in nodes.items()})
+        parts = {PARTS[name]: self._part(name, node) for name, node in nodes.items()}
+        return Parser(**parts, columns=self._columns)
 
     def _part(self, name: str, node: Any) -> Any:
         key = OmegaConf.to_yaml(node, resolve=True) if OmegaConf.is_config(node) else f"{name}: {node}"
@@ -113,4 +127,4 @@ class ParserMaker:
 
     def potentials(self, path: str) -> ParsingPotentials:
         """The potentials of a path, or of a shipped name."""
-        return parsing_potentials(path, self._heads)
+        return parsing_potentials(path, self._heads, self._columns)

@@ -8,7 +8,7 @@ from typing import NoReturn
 
 
 def mistake(error: BaseException, place: str = "a file") -> str | None:
-    """What a caller got wrong, or has not installed, in one line; None where the fault is not the caller's.
+    """The caller's mistake, or what is not installed, in one line; None where the fault is not the caller's.
 
     Args:
         place: what could not be read or written, where the error does not say it.

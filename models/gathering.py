@@ -1,4 +1,4 @@
-"""What is computed of many scenes to learn from, each made once and kept."""
+"""Examples of many scenes to learn from, each made once and kept."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def from_tensors(kept: Mapping[str, Tensor]) -> Examples:
 
 
 def scene_generator(scene: str, seed: int) -> torch.Generator:
-    """What is drawn for a scene depends on its name and the seed alone: other code draws the same."""
+    """Generator for a scene, which depends on its name and the seed alone: other code draws the same."""
     digest = hashlib.sha256(f"{seed} {scene}".encode()).digest()
     return torch.Generator().manual_seed(int.from_bytes(digest[:6], "big"))
 

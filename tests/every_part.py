@@ -15,7 +15,7 @@ import torch
 from omegaconf import OmegaConf
 from torch import Tensor, nn
 
-from blockstab.boundaries.combination import FixedWeights
+from blockstab.boundaries.edge_models import FixedWeights
 from blockstab.boxes.fitting import MinimumSurface
 from blockstab.boxes.minimum_volume import MinimumVolume
 from blockstab.datasets.bop import BOP
@@ -34,6 +34,7 @@ from blockstab.parsing.parser import Parser
 from blockstab.proposals import Proposed
 from blockstab.proposals.felzenszwalb import Felzenszwalb
 from blockstab.proposals.files import LabelFile, MaskFile
+from blockstab.proposals.plane_dbscan import PlaneDBSCAN
 from blockstab.proposals.plane_pieces import Planes
 from blockstab.proposals.pool import NoMasks, Regions
 from blockstab.proposals.watershed import Watershed
@@ -111,6 +112,7 @@ EVERY_PART: dict[str, Callable[[], object]] = {
     "watershed": Watershed,
     "felzenszwalb": Felzenszwalb,
     "planes": Planes,
+    "plane dbscan": PlaneDBSCAN,
     "silberman": silberman,
     "labels": LabelFile,
     "files": lambda: MaskFile("masks/{scene}.json"),

@@ -84,7 +84,7 @@ def write_folder(frame: Frame, folder: Path) -> Path:
     assert frame.up_camera is not None
     Image.fromarray(frame.label.numpy().astype(np.uint16)).save(folder / "label.png")
     meta = {
-        **vars(frame.camera),
+        **frame.camera.intrinsics,
         "depth_unit": "mm",
         "up_camera": frame.up_camera.tolist(),
         "background_ids": list(frame.background_ids),

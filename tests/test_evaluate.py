@@ -130,7 +130,7 @@ def test_a_row_tells_its_step_over_the_row_above(place):
 
 def test_methods_that_ask_for_the_same_share_it(place):
     one, two = (method.parser for method in evaluate.methods_of(configured(place)).values())
-    assert one.boundaries is two.boundaries
+    assert one.edges is two.edges
     assert one.potentials is two.potentials
     assert one.pool is two.pool
     assert one.proposal != two.proposal

@@ -10,7 +10,7 @@ from tests.docs.pages import ROOT
 
 # What is a part of another module's work, or plain data, is tested where that work is.
 ELSEWHERE = {
-    "blockstab/boundaries/cues.py": "boundaries/test_combination.py",
+    "blockstab/boundaries/cues.py": "boundaries/test_edge_models.py",
     "blockstab/datasets/bop_entries.py": "datasets/test_bop.py",
     "blockstab/datasets/formats/pcd_header.py": "datasets/formats/test_pcd.py",
     "blockstab/datasets/polygons.py": "datasets/test_sunrgbd.py",
@@ -56,6 +56,7 @@ ELSEWHERE = {
     "blockstab/stability/compiled/trimming.py": "stability/test_judges.py",
     "blockstab/stability/loads.py": "stability/test_balance.py",
     "blockstab/stability/refit.py": "scene/test_builder.py",
+    "blockstab/testing/columns.py": "testing/test_contracts.py",
     "blockstab/testing/data.py": "testing/test_contracts.py",
     "blockstab/testing/judges.py": "testing/test_contracts.py",
     "blockstab/testing/photographs.py": "scene/test_builder.py",

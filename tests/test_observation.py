@@ -12,8 +12,8 @@ from blockstab.boundaries.cues import CUES, cues_of
 from blockstab.observation import Observation, given_ground, observe
 from blockstab.proposals.files import LabelFile
 from blockstab.proposals.search_input import make_search_input
-from blockstab.rgbd.cloud import SENSOR_STEP
 from blockstab.rgbd.frame import Frame
+from blockstab.rgbd.noise import KINECT
 from blockstab.segments.pieces import connected_pieces
 from blockstab.testing.photographs import photograph
 from blockstab.testing.worlds import Block
@@ -116,5 +116,5 @@ def test_what_has_no_depth_does_not_lie_in_the_ground():
     observation = seen(FRAME_PX)
     assert not bool((observation.on_ground & ~observation.cloud.valid).any())
     height = (observation.cloud.points[..., 1] - observation.ground.height).abs()
-    step = SENSOR_STEP * observation.cloud.depth**2
+    step = KINECT.step * observation.cloud.depth**2
     assert bool((height[observation.on_ground] < (2 * step).clamp(min=0.01)[observation.on_ground]).all())

@@ -19,10 +19,13 @@ from blockstab.parsing.parser import Parser
 from blockstab.proposals.watershed import Watershed
 from blockstab.search.rsamp import RSamp
 from blockstab.testing.photographs import BLOCKS, photograph
+from evaluate import methods_of
+from models.potentials.checkpoint import CheckpointError
 from models.potentials.heads import TreesHead
 from models.potentials.parsing import parsing_potentials
 from models.potentials.rows import KINDS
 from tests.docs.pages import ROOT, composed
+from tests.own_columns import Height
 from tests.synthetic import write_folder
 from tests.tolerance import EXACT
 
@@ -123,6 +126,26 @@ def test_features_target_and_structured_learning_are_choices(place):
     stem = trained(place, "paper", "features=paper", "fit.target=bit", "fit.structured=false", "rounds=0")
     loaded = parsing_potentials(stem)
     assert loaded.unary.potential.columns == feature_set("paper").unary
+
+
+def test_columns_of_ones_own_are_learned_from_and_asked_for_by_a_parse(place):
+    own = "+columns.mine={_target_: tests.own_columns.Height}"
+    stem = trained(place, "own", own, "features=paper", "rounds=1", f"cache={place}/own_cache")
+    with pytest.raises(
+        CheckpointError, match="'height', which this version does not compute; say `columns=`"
+    ):
+        parsing_potentials(stem)
+    loaded = parsing_potentials(stem, columns=[Height()])
+    assert loaded.unary.potential.columns == (*feature_set("paper").unary, "height")
+    assert loaded.alone.potential.columns == feature_set("paper").of("alone")
+    (parser,) = (
+        method.parser
+        for method in methods_of(
+            composed("evaluate", [own, "experiment=table4", "methods=[rsamp]", f"potentials={stem}.json"])
+        ).values()
+    )
+    parsed = parser(photograph(*BLOCKS).frame)
+    assert bool(((parsed.badness >= 0) & (parsed.badness <= 1)).all())
 
 
 @pytest.mark.parametrize("override", ["task=stages", "task=boundary"])

@@ -1,4 +1,4 @@
-"""How likely each pixel is to lie on an edge between two objects, and which way the edge runs."""
+"""Boundary maps: the likelihood of an edge between two objects at each pixel, and its orientation."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ _SCALES = (0.296, 0.108, 0.110, 1.07)
 
 
 def color_gradients(color: Tensor) -> Tensor:
-    """How much the two sides of each pixel differ in brightness, in the colours a and b of Lab, and in texture.
+    """Differences of the two sides of each pixel in brightness, in the colours a and b of Lab, and in texture.
 
     Sides are half discs, of radius 4 pixels for brightness and 8 for the others. Their histograms are compared, and
     the distances smoothed along the orientation. What has radius 8 is computed on means of 2 x 2 pixels, which hide

@@ -65,7 +65,7 @@ def half_discs(radius: int, orientation: int) -> tuple[tuple[Line, ...], tuple[L
 
 
 def half_disc_pixels(radius: int, orientation: int) -> int:
-    """How many pixels each half of a disc has."""
+    """Pixel count of each half of a disc."""
     return sum(line.pixels for line in half_discs(radius, orientation)[0])
 
 

@@ -1,4 +1,4 @@
-"""How far apart the histograms of the two sides of each pixel are."""
+"""Distances between the histograms of the two sides of each pixel."""
 
 from __future__ import annotations
 

@@ -11,7 +11,6 @@ from torch import Tensor
 
 from blockstab.boundaries.facets import Facets, facets
 from blockstab.boundaries.half_discs import ORIENTATIONS
-from blockstab.rgbd.cloud import SENSOR_STEP
 from blockstab.rgbd.frame import Camera, Frame
 
 RELIEF = ("depth", "convex", "concave")
@@ -32,7 +31,7 @@ _HORIZON = 1e3  # metres
 
 
 class _Side(NamedTuple):
-    """What lies on one side of every pixel; all float32, three coordinates as (3, H, W), others as (H, W)."""
+    """The surface on one side of every pixel; all float32, three coordinates as (3, H, W), others as (H, W)."""
 
     normal: Tensor
     distance: Tensor  # of the plane, metres; infinite where none is known
@@ -43,7 +42,7 @@ class _Side(NamedTuple):
 
 
 def relief(frame: Frame) -> Tensor:
-    """How much the surfaces on the two sides of each pixel jump or bend, at the four orientations.
+    """Jumps and bends between the surfaces on the two sides of each pixel, at the four orientations.
 
     Planes are fitted to two discs that touch in the pixel, one on either side of the edge.
 
@@ -69,7 +68,7 @@ def relief(frame: Frame) -> Tensor:
     inverse = depth.clamp(min=1.0 / _HORIZON).reciprocal_().mul_(measured)
     radius = min(max(round(_RADII_PX[1] * math.hypot(height, width) / _WIDE_PX), _RADII_PX[0]), _RADII_PX[1])
     planes = facets(inverse, x, y, camera, radius)
-    surface = F.pad(_packed(planes, inverse, measured, x, y), (_MARGIN_PX,) * 4)
+    surface = F.pad(_packed(planes, inverse, measured, x, y, camera.noise.step), (_MARGIN_PX,) * 4)
     found = depth.new_empty(len(RELIEF), ORIENTATIONS, height, width)
     for k in range(ORIENTATIONS):
         first, second = _sides(surface, k, radius)
@@ -82,11 +81,9 @@ def relief(frame: Frame) -> Tensor:
     return found
 
 
-def _packed(planes: Facets, inverse: Tensor, measured: Tensor, x: Tensor, y: Tensor) -> Tensor:
+def _packed(planes: Facets, inverse: Tensor, measured: Tensor, x: Tensor, y: Tensor, step: float) -> Tensor:
     """(12, H, W): the fields of `_Side`, not yet moved to a side."""
-    smooth = ((planes.variance < (_MISFIT * SENSOR_STEP) ** 2) & (planes.distance < torch.inf)).to(
-        inverse.dtype
-    )
+    smooth = ((planes.variance < (_MISFIT * step) ** 2) & (planes.distance < torch.inf)).to(inverse.dtype)
     z = _depth_along(planes.normal, planes.distance, x, y)
     means = F.avg_pool2d(torch.stack([inverse, measured])[None], 3, stride=1, padding=1)[0]
     near = means[1].div_(means[0].clamp_(min=1e-6)).mul_(measured)
@@ -157,7 +154,7 @@ def _depth_along(normal: Tensor, distance: Tensor, x: Tensor, y: Tensor) -> Tens
 
 def _explained(depth: Tensor, camera: Camera) -> Tensor:
     """(H, W) metres: what the sensor's resolution, or a crease between two pixels, can explain."""
-    return torch.maximum(depth.square().mul_(SENSOR_STEP), depth / camera.fx).clamp_(min=1e-6)
+    return torch.maximum(depth.square().mul_(camera.noise.step), depth / camera.fx).clamp_(min=1e-6)
 
 
 def _ramp(value: Tensor, low: float, high: float) -> Tensor:

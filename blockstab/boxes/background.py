@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.rgbd.cloud import SENSOR_STEP
+from blockstab.rgbd.noise import KINECT
 
 
 @dataclass(frozen=True)
 class BackgroundRules:
-    """What counts as background.
+    """Rules for what counts as background.
 
     A segment is background if at least `plane_share` of its points lie in the ground plane or lower; if as many
     lie in one plane that is a wall larger than `wall_m`, or covers more than `image_share` of the image; or if it
@@ -30,12 +30,16 @@ class BackgroundRules:
 
     plane_share: float = 0.8
     plane_m: float = 0.008
-    plane_per_square_m: float = SENSOR_STEP
+    plane_per_square_m: float = KINECT.step
     angle_deg: float = 10.0
     ground_m: float = 0.01
     below_m: float = 0.05
     wall_m: float = 1.5
     image_share: float = 0.2
+
+    def coarser(self, times: float) -> BackgroundRules:
+        """The same for depth whose step is that many times as large."""
+        return replace(self, plane_per_square_m=times * self.plane_per_square_m)
 
 
 def is_background(

@@ -20,10 +20,13 @@ _NO_AXIS = b""
 
 
 class BoxFitter(Protocol):
-    """What fits boxes: see `fitting.MinimumSurface`."""
+    """A fitter of boxes: see `fitting.MinimumSurface`."""
 
     @property
     def max_points(self) -> int: ...
+
+    def coarser(self, times: float) -> BoxFitter:
+        """The same for depth whose step is that many times that of a Kinect."""
 
     def __call__(self, points: Tensor, count: Tensor, seed: Tensor, axis: Tensor | None = None) -> Fits: ...
 
@@ -96,7 +99,7 @@ class BoxCache:
         self._pair_value = np.empty((0, 4))
 
     def __len__(self) -> int:
-        """How many fits have been made."""
+        """The number of fits made."""
         return len(self._row)
 
     def rows(self, segments: Sequence[Segment], axes: Tensor | None = None) -> Tensor:
@@ -172,7 +175,7 @@ class BoxCache:
 
 
 def _found(wanted: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Which numbers are among those known, which ascend."""
+    """Mask of the numbers that are among those known, which ascend."""
     if not len(known):
         return np.zeros(len(wanted), dtype=bool)
     found: np.ndarray = known[np.searchsorted(known, wanted).clip(max=len(known) - 1)] == wanted

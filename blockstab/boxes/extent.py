@@ -1,4 +1,4 @@
-"""How far a box of given axes must reach to hold its points (paper, section 4.1)."""
+"""Extents of boxes of given axes that hold their points (paper, section 4.1)."""
 
 from __future__ import annotations
 

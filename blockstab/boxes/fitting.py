@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -18,7 +18,7 @@ _BATCH = 16  # segments fitted at a time: small enough that one batch stays in t
 
 @dataclass(frozen=True)
 class PlaneTolerance:
-    """How far from a plane a point may lie and still belong to it, by its distance r from the camera.
+    """Tolerance for points to belong to a plane, by their distance r from the camera.
 
     The tolerance is `floor_m + per_square_m * r ** 2`: the depth noise of structured-light sensors grows with the
     square of depth (Khoshelham and Elberink 2012).
@@ -30,6 +30,10 @@ class PlaneTolerance:
     def at(self, points: Tensor) -> Tensor:
         """Tolerance for points (..., 3) seen from the origin, (...) metres."""
         return self.floor_m + self.per_square_m * points.square().sum(dim=-1)
+
+    def coarser(self, times: float) -> PlaneTolerance:
+        """The same for depth whose step is that many times as large."""
+        return replace(self, per_square_m=times * self.per_square_m)
 
 
 PAPER_TOLERANCE = PlaneTolerance(floor_m=0.02, per_square_m=0.0)  # "we empirically set this threshold to 2cm"
@@ -106,6 +110,10 @@ class MinimumSurface:
     max_points: int = 2000
     outlier_share: float = 0.05
     tolerance: PlaneTolerance = PlaneTolerance()
+
+    def coarser(self, times: float) -> MinimumSurface:
+        """The same for depth whose step is that many times as large."""
+        return replace(self, tolerance=self.tolerance.coarser(times))
 
     def __call__(self, points: Tensor, count: Tensor, seed: Tensor, axis: Tensor | None = None) -> Fits:
         """Fit one box to each set of points so that the points lie close to its faces.

@@ -24,6 +24,10 @@ class MinimumVolume:
 
     max_points: int = 2000
 
+    def coarser(self, times: float) -> MinimumVolume:
+        """Itself: a smallest box asks for no tolerance."""
+        return self
+
     def __call__(self, points: Tensor, count: Tensor, seed: Tensor, axis: Tensor | None = None) -> Fits:
         """Arguments as in `MinimumSurface`."""
         if axis is not None:

@@ -149,7 +149,7 @@ def _nearest_faces(local: Tensor, present: Tensor, tolerance: Tensor) -> tuple[T
 
 
 def _robust_border(values: Tensor, present: Tensor) -> Tensor:
-    """Where the lowest 1 % of each coordinate ends: (N, 3, P) to (N, 3, 1)."""
+    """The end of the lowest 1 % of each coordinate: (N, 3, P) to (N, 3, 1)."""
     rank = (0.01 * present.sum(dim=1)).long()
     ordered = values.masked_fill(~present[:, None], float("inf"))
     lowest = ordered.topk(int(rank.max()) + 1, dim=2, largest=False).values
@@ -169,7 +169,7 @@ def _turned(rotation: Tensor, turn: Tensor) -> Tensor:
 
 
 def _within(points: Tensor, present: Tensor, tolerance: Tensor, normal: Tensor, offset: Tensor) -> Tensor:
-    """Which points lie on which planes, (N, K, J), for normals (N, K, 3) and offsets (N, K)."""
+    """Mask of the points on each plane, (N, K, J), for normals (N, K, 3) and offsets (N, K)."""
     distance = (normal @ points.transpose(1, 2) - offset[..., None]).abs()
     return (distance < tolerance[:, None]) & present[:, None]
 

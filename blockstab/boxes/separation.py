@@ -1,4 +1,4 @@
-"""How far apart two boxes are, and along which direction (paper, section 5.1)."""
+"""Gap between two boxes, and its direction (paper, section 5.1)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SECOND_AXIS = torch.tensor([0, 0, 0, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2])
 
 
 class Separation(NamedTuple):
-    """How far apart the boxes of P pairs are, and along which direction."""
+    """Gaps between the boxes of P pairs, and their directions."""
 
     gap: Tensor  # (P,) metres; negative where the boxes overlap
     direction: Tensor  # (P, 3) unit vectors pointing from the first box to the second

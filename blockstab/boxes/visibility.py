@@ -1,4 +1,4 @@
-"""Which faces the camera sees, and the share of a segment's points that lie on them (paper, section 4.2)."""
+"""Visible faces of boxes, and the share of a segment's points that lie on them (paper, section 4.2)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the JSON files of a BOP set say of an image, checked."""
+"""Entries of an image in the JSON files of a BOP set, checked."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def camera_of(said: Meta, stem: str) -> tuple[Camera, float]:
 
 
 def entries(said: Meta, stem: str) -> list[dict[str, Any]]:
-    """What a file lists for an image; nothing where it does not know it."""
+    """The entries of a file for an image; none where it does not list the image."""
     listed = said.values.get(str(int(stem)), [])
     if not isinstance(listed, list) or len(listed) > LARGEST_ID:
         raise FrameError(

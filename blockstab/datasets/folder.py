@@ -17,7 +17,8 @@ from PIL import Image
 from torch import Tensor
 
 from blockstab.datasets.truth import LARGEST_ID, ObjectTruth, Truth, parsed_truth
-from blockstab.rgbd.frame import Frame, check_same_size
+from blockstab.rgbd.frame import Camera, Frame, check_same_size
+from blockstab.rgbd.noise import KINECT
 from blockstab.rgbd.reading import FrameError, depth_file, label_file, read_meta
 
 META = "meta.json"
@@ -133,13 +134,18 @@ def _sixteen_bit(values: Tensor, what: str) -> np.ndarray[Any, np.dtype[np.uint1
 
 
 def _meta(frame: Frame, truth: Truth) -> dict[str, Any]:
-    meta: dict[str, Any] = {**vars(frame.camera), "depth_unit": "mm"}
+    meta: dict[str, Any] = {**_camera(frame.camera), "depth_unit": "mm"}
     if truth.up_camera is not None:
         meta["up_camera"] = truth.up_camera.tolist()
     meta["background_ids"] = list(truth.background_ids)
     meta["objects"] = [_entry(o, frame.label) for o in truth.objects]
     meta["support_annotated"] = truth.support_annotated
     return meta
+
+
+def _camera(camera: Camera) -> dict[str, Any]:
+    noise = {} if camera.noise == KINECT else {"depth_noise": vars(camera.noise)}
+    return {**camera.intrinsics, **noise}
 
 
 def _entry(truth: ObjectTruth, label: Tensor | None) -> dict[str, Any]:

@@ -130,7 +130,7 @@ class NYUv2:
         return int(number) - 1
 
     def _supports(self, index: int, regions_there: int) -> dict[int, ObjectTruth]:
-        """What is known of regions whose supporters all are."""
+        """Ground truth of the regions whose supporters are all known."""
         file = self._file(SUPPORTS)
         if not file.is_file():
             return {}

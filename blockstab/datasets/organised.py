@@ -116,7 +116,7 @@ def inside(path: Path, root: Path) -> Path:
 
 
 def lies_in(path: Path, root: Path) -> bool:
-    """Whether the path, links followed, leads to no place outside `root`."""
+    """True if the path, links followed, leads to no place outside `root`."""
     try:
         return path.resolve().is_relative_to(root.resolve())
     except (OSError, RuntimeError):  # a link to itself

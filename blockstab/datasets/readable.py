@@ -1,4 +1,4 @@
-"""Which scenes of a set can be read: a damaged one says so, and the run goes on."""
+"""Readable scenes of a set: damaged ones are reported, and the run goes on."""
 
 from __future__ import annotations
 

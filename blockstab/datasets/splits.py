@@ -1,4 +1,4 @@
-"""Which scenes train and which test: drawn once, kept in a file, and named in results."""
+"""Splits of a set into scenes for training and for testing: drawn once, kept in a file, and named in results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known about a scene and its objects, and how meta.json says it."""
+"""Ground truth of a scene and its objects, and its form in meta.json."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SKEW = 1e-3  # how far a pose written with few digits may be from rigid
 
 @dataclass(frozen=True)
 class ObjectTruth:
-    """What is known about one object; None where the scene does not say.
+    """Ground truth of one object; None where the scene does not say.
 
     Args:
         id: its label id.
@@ -50,7 +50,7 @@ class ObjectTruth:
 
 @dataclass(frozen=True)
 class Truth:
-    """What is known about a scene.
+    """Ground truth of a scene.
 
     Args:
         background_ids: label ids of table, floor, walls.

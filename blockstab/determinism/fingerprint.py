@@ -1,4 +1,4 @@
-"""What a result was made by, in one word: the configuration, the sources of the packages, those of plug-ins."""
+"""Fingerprints of results, in one word: the configuration, the sources of the packages, those of plug-ins."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What code something is made by: digests of source files, and of any other files."""
+"""Digests of the code that makes something: of source files, and of any other files."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def sources_in(folders: Iterable[Path]) -> str:
 
 
 def source_of(module: str) -> bytes:
-    """What tells the code of a module from an earlier or later one of the same name; empty where nothing does.
+    """Version or digest that tells a module's code from another of the same name; empty where nothing does.
 
     Nothing does for Python's own modules and for those of this project, whose sources count as a whole. For one of an
     installed library it is the library's version; for any other, a digest of its source and, if it belongs to a

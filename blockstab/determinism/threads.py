@@ -1,4 +1,4 @@
-"""How many threads torch may use, for as long as it matters."""
+"""Limit on the number of threads of torch, for the length of a block."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How good segmentations are. An energy is any callable of the shape `Energy`; lower is better."""
+"""Energies of segmentations. An energy is any callable of the shape `Energy`; lower is better."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class ExpectedOverlap:
         ]
 
     def _price(self, one: Described) -> float:
-        """What it costs to leave the start: for segments that it does not have, or has on the other side."""
+        """The cost of leaving the start: of segments that it does not have, or has on the other side."""
         segmentation = one.scene.segmentation
         pixels: list[int] = one.scene.pixel_count.tolist()
         turned = dict(segmentation.told - self.start.told)
@@ -87,7 +87,7 @@ class ExpectedOverlap:
 
 @dataclass(frozen=True)
 class Parts:
-    """What the expected loss of a segmentation needs beside potentials; or of several, one after the other.
+    """Terms of the expected loss of a segmentation beside potentials; or of several, one after the other.
 
     Args:
         area: (N,) float64 pixels of each segment.

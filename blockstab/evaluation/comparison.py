@@ -33,7 +33,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Where methods are compared, and how.
+    """Comparison of methods: its data, and its settings.
 
     Args:
         data, scenes: the images, all of which can be read.
@@ -138,7 +138,7 @@ def scene_stamp(data: SceneSet, scene: str, reader: str) -> str:
 def scores_of(
     data: SceneSet, scene: str, wanted: Mapping[str, tuple[Path, tuple[str, ...]]]
 ) -> dict[str, dict[str, Score]]:
-    """What each method scored in one scene, from its folder of predictions."""
+    """The scores of each method in one scene, from its folder of predictions."""
     torch.set_num_threads(1)
     frame, truth = data.read(scene)
     return {

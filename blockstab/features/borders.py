@@ -1,4 +1,4 @@
-"""What lies along the borders of atoms: cues of an edge, which side is nearer, and where the image ends."""
+"""Borders of atoms: cues of an edge, which side is nearer, and where the image ends."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from torch import Tensor
 
 from blockstab.boundaries.cues import CUES
 from blockstab.observation import Observation
-from blockstab.rgbd.cloud import SENSOR_STEP
+from blockstab.rgbd.noise import DepthNoise
 from blockstab.segments.atoms import Atoms
 from blockstab.segments.edgelets import cracks_of
 
@@ -50,7 +50,7 @@ class AtomBorders:
         )
         row, column = pixels.unbind(dim=-1)
         along = _maps(observation)[:, row, column].amax(dim=2).T.double()
-        before = _before(observation.cloud.depth[row, column])
+        before = _before(observation.cloud.depth[row, column], observation.cloud.noise)
         zeros = torch.zeros(len(atoms.first), len(BORDER_CUES) + 2, dtype=torch.float64)
         sums = zeros.index_add(0, border, torch.cat([along, before], dim=1))
         return AtomBorders(sums[:, :-2], sums[:, -2:], torch.stack([blank, rim], dim=1).double())
@@ -67,11 +67,11 @@ def _maps(observation: Observation) -> Tensor:
     return torch.stack([observation.boundary_map.strength, *(sign.double() for sign in cues)])
 
 
-def _before(depth: Tensor) -> Tensor:
+def _before(depth: Tensor, noise: DepthNoise) -> Tensor:
     """(K, 2) float64, whether the first side of a crack lies before the second, and behind it; depth is (K, 2)."""
     near, far = depth.unbind(dim=1)
     known = (depth > 0).all(dim=1)
-    step = (_STEP[1] * SENSOR_STEP * depth.amax(dim=1).square()).clamp(min=_STEP[0])
+    step = (_STEP[1] * noise.at(depth.amax(dim=1).square())).clamp(min=_STEP[0])
     return torch.stack([known & (far - near > step), known & (near - far > step)], dim=1).double()
 
 

@@ -1,4 +1,4 @@
-"""What the box of a segment says of it beside Table 1: its sizes, where it ends, how the image fills it."""
+"""Features of the box of a segment beside Table 1: its sizes, where it ends, how the image fills it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MIN_VOLUME = 1e-6  # cubic metres
 
 
 class _Measured(NamedTuple):
-    """What is measured of N boxes."""
+    """Measurements of N boxes."""
 
     sizes: Tensor  # (N, 3) lengths of the edges, ascending, metres
     volume: Tensor  # (N,) cubic metres

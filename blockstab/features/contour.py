@@ -1,4 +1,4 @@
-"""What the outline and the inside of a segment say of it, whatever the rest of the image is divided into."""
+"""Features of the outline and the inside of a segment, whatever the rest of the image is divided into."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _BLOCK = 256  # segments measured at a time: (segments, borders) tables stay sma
 
 @dataclass(frozen=True)
 class _Measured:
-    """What is measured of S segments: sums over their outlines and over the borders of atoms inside, in pixels."""
+    """Measurements of S segments: sums over their outlines and over the borders of atoms inside, in pixels."""
 
     outline_px: Tensor  # (S,) to other atoms, to what has no label, and to the image's rim
     interior_px: Tensor  # (S,)

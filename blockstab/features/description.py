@@ -11,6 +11,7 @@ from torch import Tensor
 
 from blockstab.features.appearance.pair_cache import Appearances
 from blockstab.features.box_shape import box_shape
+from blockstab.features.columns import SegmentColumns
 from blockstab.features.contour import Contours
 from blockstab.features.pairwise import pairs_of, pairwise_features
 from blockstab.features.surface import Surfaces
@@ -28,7 +29,7 @@ class Described:
 
     Args:
         scene: N segments, M boundaries between objects.
-        unary: (N, F) float64, columns `SEGMENT_COLUMNS`.
+        unary: (N, F) float64, columns `SEGMENT_COLUMNS`, then those of one's own.
         pairwise: (M, 63) float64, columns `PAIRWISE_COLUMNS`, of the pairs of `neighbour_pairs(scene)`.
         lost: (N,) float64, the share of each segment's pixels that is expected to lie on things: what is lost if
             the segment is background.
@@ -49,12 +50,15 @@ class Describer:
         atoms: Atoms,
         hierarchy: Hierarchy,
         background: Callable[[Tensor], Tensor],
+        own: Sequence[SegmentColumns] = (),
     ) -> None:
         """Prepare the atoms.
 
         Args:
             background: from columns `LONE_COLUMNS` to the share of a segment that is expected to be things.
+            own: columns beside ours.
         """
+        self._own = own
         self._observation, self._atoms = observation, atoms
         self._contours = Contours(observation, atoms, hierarchy)
         self._surfaces = Surfaces(observation, atoms)
@@ -79,7 +83,7 @@ class Describer:
         ]
 
     def lone(self, segments: Sequence[Segment]) -> Tensor:
-        """What segments show by themselves, (S, C) float64, columns `LONE_COLUMNS`."""
+        """Features of segments by themselves, (S, C) float64, columns `LONE_COLUMNS`."""
         new = list(dict.fromkeys(s for s in segments if s not in self._row))
         if new:
             rows = torch.cat([self._contours(new), self._surfaces(new)], dim=1)
@@ -92,7 +96,8 @@ class Describer:
         shape = box_shape(
             scene.boxes, scene.pixel_count, self._observation.frame.camera, self._observation.ground
         )
-        return torch.cat([unary_features(scene), shape, lone], dim=1)
+        own = [part(self._observation, self._atoms, scene).double() for part in self._own]
+        return torch.cat([unary_features(scene), shape, lone, *own], dim=1)
 
     def lost(self, scene: Scene) -> Tensor:
         """(N,) as in `Described`: the mean of what its atoms say one by one, and of what the whole says."""

@@ -19,7 +19,7 @@ _MIN_VOLUME = 1e-6  # cubic metres
 
 
 class _Measured(NamedTuple):
-    """What is measured of M pairs in a scene of N segments; metres and cubic metres."""
+    """Measurements of M pairs in a scene of N segments; metres and cubic metres."""
 
     larger: Tensor  # (M,)
     smaller: Tensor  # (M,)
@@ -79,7 +79,7 @@ def pairwise_features(scene: Scene, appearance: Tensor) -> Tensor:
 
 
 def box_features(scene: Scene) -> Tensor:
-    """What the boxes of each pair of `neighbour_pairs(scene)` say, (M, 12) float64, in the order of `BOX_COLUMNS`."""
+    """Box features of each pair of `neighbour_pairs(scene)`, (M, 12) float64, in the order of `BOX_COLUMNS`."""
     larger, smaller = neighbour_pairs(scene)
     n = len(scene)
     gap = torch.zeros(n, n, dtype=torch.float64)

@@ -1,4 +1,4 @@
-"""What the surface of a segment says of it: colours, facing, planes, height, and its shape in the image."""
+"""Features of the surface of a segment: colours, facing, planes, height, and its shape in the image."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _COUNTED = 0.1  # share of a segment's pixels on a plane that counts as one of i
 
 @dataclass(frozen=True)
 class _Measured:
-    """What is measured of S segments."""
+    """Measurements of S segments."""
 
     pixels: Tensor  # (S,)
     area: Tensor  # (S,) square metres

@@ -19,7 +19,7 @@ _MIN_VOLUME = 1e-6  # cubic metres
 
 
 class _Measured(NamedTuple):
-    """What is measured of N segments, each of (N,) but the last; metres and cubic metres."""
+    """Measurements of N segments, each of (N,) but the last; metres and cubic metres."""
 
     scene: Scene
     volume: Tensor
@@ -83,7 +83,7 @@ def unary_features(scene: Scene) -> Tensor:
 
 
 def intersections(scene: Scene) -> tuple[Tensor, Tensor]:
-    """How many objects the box of each segment intersects, (N,), and the mean depth of its overlaps, (N,) metres.
+    """Count of objects that each segment's box intersects, (N,), and mean depth of its overlaps, (N,) metres.
 
     Background takes no part: a box around a table top says nothing about what stands on it.
     """

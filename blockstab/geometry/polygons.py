@@ -63,14 +63,14 @@ def _without_end(
 
 
 def _left_of(start: Tensor, end: Tensor, points: Tensor) -> Tensor:
-    """Whether points lie to the left of a directed line, beyond the doubt of rounding (Shewchuk 1997)."""
+    """Mask of points to the left of a directed line, beyond the doubt of rounding (Shewchuk 1997)."""
     line, arm = end - start, points - start
     right, left = line[1] * arm[0], line[0] * arm[1]
     return left - right > ROUNDING * (left.abs() + right.abs())
 
 
 def _between(start: Tensor, end: Tensor, points: Tensor, slack: Tensor) -> Tensor:
-    """Whether points lie on a segment, give or take the slack."""
+    """Mask of points on a segment, give or take the slack."""
     line, arm = end - start, points - start
     room = slack * line.abs().sum(dim=0)
     return (cross(line, arm).abs() <= room) & ((arm * (end - points)).sum(dim=0) >= -room - slack.square())
@@ -79,7 +79,7 @@ def _between(start: Tensor, end: Tensor, points: Tensor, slack: Tensor) -> Tenso
 def cut(
     corners: Tensor, count: Tensor, anchor: Tensor, normal: Tensor, slack: Tensor
 ) -> tuple[Tensor, Tensor]:
-    """What a half-plane leaves of polygons (2, V, B)."""
+    """Clip polygons (2, V, B) to a half-plane."""
     place = torch.arange(corners.shape[1], device=corners.device)[:, None]
     depth = ((corners - anchor[:, None]) * normal[:, None]).sum(dim=0)
     depth = depth * (depth.abs() > slack)

@@ -39,7 +39,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job: `error` is None, or one line that says what was wrong."""
+    """Outcome of a job: `error` is None, or one line that says what was wrong."""
 
     name: str
     error: str | None

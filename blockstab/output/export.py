@@ -32,7 +32,7 @@ def scene_schema() -> Record:
 
 
 def scene_record(parsed: Parsed) -> Record:
-    """What scene.json holds, as plain Python values: metres, boxes and directions in the camera frame.
+    """Content of scene.json, as plain Python values: metres, boxes and directions in the camera frame.
 
     Raises:
         ValueError: naming the first number that is not finite.

@@ -1,4 +1,4 @@
-"""What makes files of an image: a parse, or anything else of the shape `Maker`."""
+"""Makers of the files of an image: a parse, or anything else of the shape `Maker`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Maker(Protocol):
 
     @property
     def fingerprint(self) -> str:
-        """All that decides them beside the image, in one word."""
+        """Fingerprint, in one word, of all that decides them beside the image."""
 
     def stamp(self, scene: str) -> str:
         """A word that changes whenever the files do that are read for a scene beside its image."""

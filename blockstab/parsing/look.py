@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
-from blockstab.boundaries.combination import Combination
+from blockstab.boundaries.edge_models import EdgeModel
 from blockstab.observation import GroundFinder, observe
 from blockstab.proposals import Proposal
 from blockstab.proposals.pool import Pool
@@ -32,20 +32,18 @@ class Look:
         self._made: dict[tuple[int, ...], tuple[tuple[object, ...], Any, float]] = {}
 
     def search_input(
-        self, ground_of: GroundFinder, boundaries: Combination, proposal: Proposal
+        self, ground_of: GroundFinder, edges: EdgeModel, proposal: Proposal
     ) -> tuple[SearchInput, float]:
         """The image made ready, and the seconds that it took, whoever asked first."""
         frame = self.frame
-        observation, looking = self._once(
-            lambda: observe(frame, ground_of, boundaries), ground_of, boundaries
-        )
+        observation, looking = self._once(lambda: observe(frame, ground_of, edges), ground_of, edges)
         search_input, dividing = self._once(
             lambda: make_search_input(observation, proposal), observation, proposal
         )
         return search_input, looking + dividing
 
     def masks(self, pool: Pool, search_input: SearchInput) -> tuple[Sequence[Segment], float]:
-        """What a pool offers, and the seconds that it took."""
+        """The masks of a pool, and the seconds that they took."""
         return self._once(lambda: pool(search_input), pool, search_input)
 
     def _once(self, make: Callable[[], Thing], *asked: object) -> tuple[Thing, float]:

@@ -11,10 +11,11 @@ from typing import Protocol
 import torch
 from torch import Tensor
 
-from blockstab.boundaries.combination import Combination, FixedWeights
+from blockstab.boundaries.edge_models import EdgeModel, FixedWeights
 from blockstab.determinism.fingerprint import fingerprint
 from blockstab.energy import Rating
 from blockstab.energy.overlap import expected_overlap
+from blockstab.features.columns import SegmentColumns
 from blockstab.features.pairwise import neighbour_pairs
 from blockstab.observation import GroundFinder, estimated_ground
 from blockstab.parsing.look import Look
@@ -60,9 +61,10 @@ class Parser:
         potentials: learned judgements of segments and boundaries.
         rules: how a segmentation is understood.
         ground_of: finds the ground: `estimated_ground` or `given_ground`.
-        boundaries: weighs the cues of an edge between two objects.
+        edges: weighs the cues of an edge between two objects.
         energy: makes, from the potentials, what the search lowers.
         pool: offers masks to the search.
+        columns: of segments, beside ours, that the potentials ask for.
         seed: of the search.
     """
 
@@ -71,14 +73,15 @@ class Parser:
     potentials: NamedPotentials
     rules: Rules = field(default_factory=Rules)
     ground_of: GroundFinder = estimated_ground
-    boundaries: Combination = field(default_factory=FixedWeights)
+    edges: EdgeModel = field(default_factory=FixedWeights)
     energy: EnergyFactory = expected_overlap
     pool: Pool = field(default_factory=Regions)
+    columns: Sequence[SegmentColumns] = ()
     seed: int = 0
 
     @property
     def fingerprint(self) -> str:
-        """All that decides a result beside the image, in one word: settings, potentials, code."""
+        """Fingerprint, in one word, of all that decides a result beside the image: settings, potentials, code."""
         return fingerprint(self)
 
     def stamp(self, scene: str) -> str:
@@ -95,14 +98,15 @@ class Parser:
         problem, found, seconds = self.search_in(look)
         with _timed(seconds, "removal"):
             scene, search_input = found.best.scene, problem.search_input
-            slack = self.rules.support.noise(scene.boxes)
+            rules = problem.build.rules
+            slack = rules.support.noise(scene.boxes)
             table = falls_if_removed(
                 scene.boxes,
                 ~scene.background,
                 scene.candidates,
                 scene.balance.stable,
                 slack,
-                self.rules.judge,
+                rules.judge,
             )
         ids = _ids(scene.segmentation, search_input)
         return Parsed(
@@ -125,8 +129,8 @@ class Parser:
         )
 
     def search_in(self, look: Look) -> tuple[Problem, SearchResult, dict[str, float]]:
-        """What the search was asked, what it found, and how many seconds each stage took."""
-        search_input, seeing = look.search_input(self.ground_of, self.boundaries, self.proposal)
+        """The problem of the search, its result, and the seconds that each stage took."""
+        search_input, seeing = look.search_input(self.ground_of, self.edges, self.proposal)
         masks, offering = look.masks(self.pool, search_input)
         seconds = {"segments": seeing + offering}
         with _timed(seconds, "search"):
@@ -136,9 +140,9 @@ class Parser:
         return problem, found, seconds
 
     def problem(self, search_input: SearchInput, masks: Sequence[Segment] | None = None) -> Problem:
-        """What a search on this image may ask; `masks` are those of the pool, where they are known."""
+        """The problem of a search on this image; `masks` are those of the pool, where they are known."""
         pool = self.pool if masks is None else lambda _: masks
-        return problem_of(search_input, self.rules, self.potentials, self.energy, pool)
+        return problem_of(search_input, self.rules, self.potentials, self.energy, pool, self.columns)
 
 
 def _ids(segmentation: Segmentation, search_input: SearchInput) -> tuple[int, ...]:

@@ -27,7 +27,7 @@ class Proposed:
 
 
 class Proposal(Protocol):
-    """Anything that divides an image into regions: a class with its settings, called once per image.
+    """Segmentation method: divides an image into regions; a class with its settings, called once per image.
 
     One that reads a file for each scene has a method `stamp` too, from the scene's name to a word that changes
     whenever the file does.
@@ -46,6 +46,6 @@ class Proposal(Protocol):
 
 
 def stamp_of(plugin: object, scene: str) -> str:
-    """What a plug-in's own `stamp` says of a scene, of the files that it reads for it; empty where it has none."""
+    """Stamp of the files that a plug-in reads for a scene, by its own `stamp`; empty where it has none."""
     stamp = getattr(plugin, "stamp", None)
     return "" if stamp is None else str(stamp(scene))

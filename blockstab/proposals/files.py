@@ -42,7 +42,7 @@ class LabelFile:
 
 @dataclass(frozen=True)
 class MaskFile:
-    """What a segmenter wrote: a label image, or masks that overlap and leave holes.
+    """File of a segmenter: a label image, or masks that overlap and leave holes.
 
     A pixel that several masks hold goes to the smallest (`painted`). Of those in none, the ones in the ground plane
     are one region more; the others stay without region.

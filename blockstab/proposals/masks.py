@@ -19,7 +19,7 @@ MOST_PIXELS = 2**30  # of all masks of a file together
 
 @dataclass(frozen=True)
 class Mask:
-    """What a segmenter takes for one thing.
+    """A segmenter's mask of one thing.
 
     Args:
         number: its place in the file, from 1.

@@ -14,7 +14,7 @@ from blockstab.segments.segmentation import Segment, Segmentation
 
 
 class Pool(Protocol):
-    """Anything that offers masks: a class with its settings, called once per image."""
+    """A source of masks: a class with its settings, called once per image."""
 
     def __call__(self, search_input: SearchInput, /) -> Sequence[Segment]:
         """Masks of the image as sets of atoms; they may overlap, and repeat each other."""

@@ -32,7 +32,7 @@ class SearchInput:
 
     @property
     def occlusion(self) -> Occlusion:
-        """What the camera saw, and what was hidden from it."""
+        """Occlusion: what the camera saw, and what was hidden from it."""
         frame = self.observation.frame
         return Occlusion(frame.depth, frame.camera, self.observation.ground.world_from_camera)
 

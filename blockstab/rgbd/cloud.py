@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import torch
@@ -11,13 +11,7 @@ from kornia.geometry.depth import depth_to_3d_v2, unproject_meshgrid
 from torch import Tensor
 
 from blockstab.rgbd.frame import Frame
-
-SENSOR_STEP = 2.9e-3
-"""Depth step of a structured-light sensor, 1/m: 2.9e-3 z^2 metres at depth z (Gupta et al. 2013)."""
-
-DISPARITY_NOISE = 1.5e-3
-"""Standard deviation of inverse depth, 1/m: the random error of a Kinect is 1.425e-3 z^2 m
-(Khoshelham and Oude Elberink 2012), which is uniform in inverse depth."""
+from blockstab.rgbd.noise import KINECT, DepthNoise
 
 _RADIUS_PX = 5  # half width of a facet
 _MISFIT = 0.03  # of the inverse depth: a facet that fits worse spans an edge, and its normal means nothing
@@ -32,16 +26,18 @@ class Cloud:
         normals: (H, W, 3) float64 unit vectors towards the camera; zero where unknown.
         valid: (H, W) bool, where the sensor measured depth.
         depth: (H, W) float64, metres along the optical axis; 0 where invalid. Rotation does not change it.
+        noise: of depth.
     """
 
     points: Tensor
     normals: Tensor
     valid: Tensor
     depth: Tensor
+    noise: DepthNoise = KINECT
 
     def rotated(self, rotation: Tensor) -> Cloud:
         """The same cloud in a frame turned by `rotation` (3, 3)."""
-        return Cloud(self.points @ rotation.T, self.normals @ rotation.T, self.valid, self.depth)
+        return replace(self, points=self.points @ rotation.T, normals=self.normals @ rotation.T)
 
 
 def cloud_from_frame(frame: Frame) -> Cloud:
@@ -64,11 +60,12 @@ def cloud_from_frame(frame: Frame) -> Cloud:
         *frame.depth.shape, intrinsics, device=frame.depth.device, dtype=frame.depth.dtype
     )
     points = depth_to_3d_v2(frame.depth[None], intrinsics, xyz_grid=rays)[0]
-    return Cloud(points, _facet_normals(frame.depth, rays[0]), frame.depth > 0, frame.depth)
+    normals = _facet_normals(frame.depth, rays[0], camera.noise.deviation)
+    return Cloud(points, normals, frame.depth > 0, frame.depth, camera.noise)
 
 
-def _facet_normals(depth: Tensor, rays: Tensor) -> Tensor:
-    """(H, W, 3) unit normals from (H, W) depth and the (H, W, 3) rays that end at z = 1."""
+def _facet_normals(depth: Tensor, rays: Tensor, noise: float) -> Tensor:
+    """(H, W, 3) unit normals from (H, W) depth, whose inverse errs by `noise`, and the rays that end at z = 1."""
     x, y = rays[..., 0].contiguous(), rays[..., 1].contiguous()
     inverse = torch.where(depth > 0, 1.0 / depth, 0.0)
     planes, variance = _window_planes(inverse, x, y)
@@ -86,7 +83,7 @@ def _facet_normals(depth: Tensor, rays: Tensor) -> Tensor:
     for row, column in product((_RADIUS_PX, 0, 2 * _RADIUS_PX), repeat=2):
         window = (slice(row, row + height), slice(column, column + width))
         miss = torch.addcmul(c[window] - measured, a[window], xs).addcmul_(b[window], ys)
-        misfit = torch.addcmul(spread[window], miss, miss).clamp_(min=DISPARITY_NOISE**2)
+        misfit = torch.addcmul(spread[window], miss, miss).clamp_(min=noise**2)
         choice.masked_fill_(misfit < best, row * stride + column)
         best = torch.minimum(best, misfit)
 

@@ -13,9 +13,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from blockstab.rgbd.noise import KINECT, DepthNoise, noise_from
 from blockstab.rgbd.reading import (
     FrameError,
     ImageFile,
+    Meta,
     color_file,
     depth_file,
     label_file,
@@ -28,12 +30,18 @@ _MEDIAN_DEPTH = (0.1, 20.0)  # metres
 
 @dataclass(frozen=True)
 class Camera:
-    """Pinhole intrinsics, pixels. OpenCV frame: x right, y down, z forward."""
+    """Pinhole intrinsics, pixels, and the noise of depth. OpenCV frame: x right, y down, z forward."""
 
     fx: float
     fy: float
     cx: float
     cy: float
+    noise: DepthNoise = KINECT
+
+    @property
+    def intrinsics(self) -> dict[str, float]:
+        """Focal lengths and principal point by name, as `meta.json` has them."""
+        return {"fx": self.fx, "fy": self.fy, "cx": self.cx, "cy": self.cy}
 
 
 @dataclass(frozen=True)
@@ -64,7 +72,8 @@ def read_scene(folder: Path) -> Frame:
 
     It holds `color.png`, `depth.png`, `meta.json` and, optionally, `label.png` (instance ids, one channel of
     8 or 16 bits, 0 = none). `meta.json` gives `fx`, `fy`, `cx`, `cy` in pixels and `depth_unit`; it may give
-    `up_camera`, three numbers, and `background_ids`, a list of label ids. The images are as `read_images`
+    `up_camera`, three numbers, `background_ids`, a list of label ids, and `depth_noise`, as `noise_from` takes
+    it, that of a Kinect where not given. The images are as `read_images`
     wants them.
 
     Raises:
@@ -72,7 +81,8 @@ def read_scene(folder: Path) -> Frame:
     """
     meta_path, label_path = folder / "meta.json", folder / "label.png"
     meta = read_meta(meta_path)
-    camera = Camera(*(meta.number(key) for key in ("fx", "fy", "cx", "cy")))
+    fx, fy, cx, cy = (meta.number(key) for key in ("fx", "fy", "cx", "cy"))
+    camera = Camera(fx, fy, cx, cy, _noise(meta))
     background_ids, up = meta.ids("background_ids"), meta.direction("up_camera")
     depth = depth_file(folder / "depth.png")
     color, name = color_file(folder / "color.png"), folder.resolve().name
@@ -98,6 +108,16 @@ def read_images(
             lies outside 0.1 to 20 m; or no camera with these intrinsics takes an image of this size.
     """
     return _read(color_file(color), depth_file(depth), camera, depth_unit, name or color.stem, "camera")
+
+
+def _noise(meta: Meta) -> DepthNoise:
+    """That of a Kinect where the scene does not say."""
+    if "depth_noise" not in meta.values:
+        return KINECT
+    try:
+        return noise_from(meta.values["depth_noise"])
+    except ValueError as error:
+        raise FrameError(f"{meta.path}: {error}; correct it, or leave it out.") from None
 
 
 def _read(color: ImageFile, depth: ImageFile, camera: Camera, unit: object, name: str, source: str) -> Frame:

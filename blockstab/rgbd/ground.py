@@ -1,4 +1,4 @@
-"""Which way is up, and how high the ground is."""
+"""Estimation of the up direction and of the ground height."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from blockstab.rgbd.cloud import DISPARITY_NOISE, Cloud
+from blockstab.rgbd.cloud import Cloud
 
 _LEVEL = (0.0, -1.0, 0.0)  # up, for a camera held level
 _DOWNCAST = (0.0, -math.sqrt(0.75), -0.5)  # and for one that looks 30 degrees down
@@ -66,10 +66,10 @@ def estimate_ground(cloud: Cloud) -> Ground:
     if len(normals) < _FEWEST:
         return Ground(level, world_from_camera(level), None, 0.0)
 
-    up = _levelled(points, normals, _vote(normals, level))
-    trust = 1.0
+    noise, trust = cloud.noise.deviation, 1.0
+    up = _levelled(points, normals, _vote(normals, level), noise)
     if _facing(normals, up) < _SURFACE_SHARE:
-        steep = _levelled(points, normals, _vote(normals, cloud.points.new_tensor(_DOWNCAST)))
+        steep = _levelled(points, normals, _vote(normals, cloud.points.new_tensor(_DOWNCAST)), noise)
         if _facing(normals, steep) >= _SURFACE_SHARE:
             up, trust = steep, 0.25
     return Ground(up, world_from_camera(up), _height(cloud, up), trust * _confidence(normals, up))
@@ -120,7 +120,7 @@ def _vote(normals: Tensor, start: Tensor) -> Tensor:
     return up
 
 
-def _levelled(points: Tensor, normals: Tensor, up: Tensor) -> Tensor:
+def _levelled(points: Tensor, normals: Tensor, up: Tensor, noise: float) -> Tensor:
     """`up` turned to the normal of the largest horizontal plane; as it was where there is no such plane.
 
     The plane is fitted to inverse depth, which is linear on it and in which the sensor's noise is even.
@@ -138,7 +138,7 @@ def _levelled(points: Tensor, normals: Tensor, up: Tensor) -> Tensor:
         chosen = rays[near]
         # `lstsq` rounds by where its workspace happens to lie in memory: the same image, other bits.
         plane = torch.linalg.pinv(chosen.T @ chosen, hermitian=True) @ (chosen.T @ inverse[near])
-        near = (rays @ plane - inverse).abs() < 3 * DISPARITY_NOISE
+        near = (rays @ plane - inverse).abs() < 3 * noise
     fitted = -F.normalize(plane, dim=0)
     return fitted if fitted @ up > _NEAR else up
 

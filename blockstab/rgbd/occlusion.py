@@ -1,4 +1,4 @@
-"""What the camera saw, and what was hidden from it."""
+"""Occlusion: what the camera saw, and what was hidden from it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Occlusion:
     world_from_camera: Tensor
 
     def hidden(self, points: Tensor, slack_m: float) -> Tensor:
-        """Which points of the world frame (..., 3) the camera could not have seen, (...) bool.
+        """Mask of the points of the world frame (..., 3) that the camera could not have seen, (...) bool.
 
         A point is hidden if the surface seen in its direction is nearer, by more than the slack, or if nothing is
         known there: no depth, or outside the image.

@@ -32,7 +32,7 @@ class FrameError(ValueError):
 
 @dataclass(frozen=True)
 class ImageFile:
-    """What the header of an image file says: its size in pixels, the bits of a channel, and its channels."""
+    """Header of an image file: its size in pixels, the bits of a channel, and its channels."""
 
     path: Path
     width: int
@@ -171,7 +171,7 @@ def _check_bytes(file: ImageFile) -> None:
 
 
 def _header(path: Path) -> ImageFile | None:
-    """What the header says; None where the file is neither PNG nor JPEG."""
+    """The header of an image file; None where the file is neither PNG nor JPEG."""
     head = _read_bytes(path, 26)
     if len(head) == 26 and head.startswith(b"\x89PNG\r\n\x1a\n") and head[12:16] == b"IHDR":
         width, height, bits, channels = struct.unpack(">IIBB", head[16:])

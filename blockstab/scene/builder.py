@@ -13,7 +13,7 @@ from blockstab.boxes.background import is_background
 from blockstab.boxes.box_cache import BoxCache, SegmentPoints
 from blockstab.boxes.extent import surface_distance
 from blockstab.boxes.separation import Separation
-from blockstab.rgbd.cloud import SENSOR_STEP, Cloud
+from blockstab.rgbd.cloud import Cloud
 from blockstab.rgbd.ground import Ground
 from blockstab.rgbd.occlusion import Occlusion
 from blockstab.scene.inference import Rules, StabilityInference
@@ -28,14 +28,14 @@ _NO_GROUND_SHARE = 0.01  # of the points lie below the ground that is assumed wh
 
 
 class _Found(NamedTuple):
-    """What is known of one island: rows (n,) of its boxes, and the verdicts."""
+    """Rows (n,) of the boxes of one island, and the verdicts."""
 
     rows: Tensor
     judged: StabilityResult
 
 
 class AtomsInBox(NamedTuple):
-    """Where A atoms lie in a box, as far as their points tell.
+    """Places of A atoms in a box, as far as their points tell.
 
     Args:
         atoms: their numbers, ascending.
@@ -71,6 +71,8 @@ class SceneBuilder:
             occlusion: what was hidden from the camera.
             rules: among them, what tells background from objects where a segmentation says nothing.
         """
+        rules = rules.under(cloud.noise)
+        self._noise = cloud.noise
         inside = cloud.valid & (atoms.label > 0)
         points = cloud.points[inside]
         self._points = SegmentPoints(points, atoms.label[inside] - 1, len(atoms), rules.fitter.max_points)
@@ -98,7 +100,7 @@ class SceneBuilder:
         return list(map(self._scene, segmentations, islands, rows, pairs, apart))
 
     def in_box(self, segment: Segment) -> AtomsInBox:
-        """Where the atoms of a segment lie in the box that is fitted to it by itself."""
+        """Places of the atoms of a segment in the box that is fitted to it by itself."""
         if segment not in self._in_box:
             atoms = sorted(segment)
             box = self.box_cache.fits.boxes[self.box_cache.rows([segment])]
@@ -107,7 +109,7 @@ class SceneBuilder:
             local = box.local(points.view(1, -1, 3)).view(points.shape)
             total = count.double()
             far = surface_distance(local, box.half_extent[:, None]) * present
-            step = SENSOR_STEP * points.square().sum(dim=-1) * present
+            step = self._noise.at(points.square().sum(dim=-1)) * present
             middle = (local * present[..., None]).sum(dim=1) / total[:, None]
             spread = ((local - middle[:, None]) * present[..., None]).square().sum(dim=1) / total[:, None]
             self._in_box[segment] = AtomsInBox(
@@ -197,7 +199,7 @@ class SceneBuilder:
         )
 
     def _size(self, segment: Segment) -> tuple[int, int]:
-        """How many pixels a segment has, and how many points."""
+        """Pixel count and point count of a segment."""
         if segment not in self._sizes:
             atoms = list(segment)
             self._sizes[segment] = (

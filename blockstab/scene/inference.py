@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import torch
 from torch import Tensor
@@ -10,6 +10,7 @@ from torch import Tensor
 from blockstab.boxes.background import BackgroundRules
 from blockstab.boxes.box_cache import BoxCache, BoxFitter
 from blockstab.boxes.fitting import MinimumSurface
+from blockstab.rgbd.noise import DepthNoise
 from blockstab.rgbd.occlusion import Occlusion
 from blockstab.scene.islands import IslandTable, StabilityResult
 from blockstab.stability.amodal import extended_down
@@ -21,7 +22,7 @@ from blockstab.stability.support import SupportRules
 
 @dataclass(frozen=True)
 class Rules:
-    """How a segmentation is understood.
+    """Rules by which a segmentation is understood.
 
     Args:
         fitter: fits boxes to points.
@@ -36,6 +37,16 @@ class Rules:
     background: BackgroundRules = field(default_factory=BackgroundRules)
     judge: StabilityJudge = field(default_factory=TrimmedSupports)
     refit_rounds: int = 2
+
+    def under(self, noise: DepthNoise) -> Rules:
+        """The same rules for depth of this noise: what grows with the square of distance is stated for a Kinect."""
+        times = noise.coarseness
+        return replace(
+            self,
+            fitter=self.fitter.coarser(times),
+            support=self.support.coarser(times),
+            background=self.background.coarser(times),
+        )
 
 
 @dataclass(frozen=True)

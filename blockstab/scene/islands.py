@@ -78,7 +78,7 @@ class IslandTable:
 
 
 def island_numbers(boxes: Boxes, background: Tensor, touch: Tensor) -> Tensor:
-    """Which objects form an island: (N,) int64, the same number within one island; -1 for background.
+    """Island numbers of objects: (N,) int64, the same within one island; -1 for background.
 
     Two objects belong together if the rectangles around their shadows on the ground, widened by `INTERACTION_M` or by
     how close they must come to touch, `touch` (N,) metres, overlap; so do those that others link.

@@ -26,7 +26,7 @@ def rank(rating: Rating) -> float:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """What a search came to.
+    """Result of a search.
 
     Args:
         best: its best scene.

@@ -11,7 +11,7 @@ from blockstab.segments.segmentation import Segment, Segmentation
 
 
 class Exchange(NamedTuple):
-    """What a move changes: these segments for those, which cover the same atoms.
+    """Exchange of segments by a move: those that go, and those that come, which cover the same atoms.
 
     A segment that is told to be something else than before is among both.
     """
@@ -21,7 +21,7 @@ class Exchange(NamedTuple):
 
 
 def exchange(before: Segmentation, after: Segmentation) -> Exchange:
-    """What changed from one segmentation to another of the same atoms."""
+    """The exchange from one segmentation to another of the same atoms."""
     old, new = ({(s, one.background.get(s)) for s in one.segments} for one in (before, after))
     return Exchange(*(frozenset(s for s, _ in some) for some in (old - new, new - old)))
 

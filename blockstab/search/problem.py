@@ -1,4 +1,4 @@
-"""All that a search may ask about one image."""
+"""Problem of a search on one image: all that the search may ask about it."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import torch
 from torch import Tensor
 
 from blockstab.energy import Energy, Potential, Rating
+from blockstab.features.columns import SegmentColumns
 from blockstab.features.description import Describer
 from blockstab.proposals.pool import NoMasks, Pool
 from blockstab.proposals.search_input import SearchInput
@@ -85,7 +86,7 @@ class Problem:
         return size * torch.where(size >= MIN_SEGMENT_PX, share, 1.0)
 
     def pixel_count(self, segment: Segment) -> int:
-        """How many pixels a segment has."""
+        """Pixel count of a segment."""
         return sum(self._atom_pixels[atom] for atom in segment)
 
     def split(self, segment: Segment) -> tuple[Segment, Segment] | None:
@@ -131,12 +132,13 @@ def problem_of(
     potentials: Potentials,
     energy: EnergyFactory,
     pool: Pool | None = None,
+    columns: Sequence[SegmentColumns] = (),
 ) -> Problem:
     """The problem of an image, alike for training and for parsing."""
     observation, atoms = search_input.observation, search_input.atoms
     hierarchy = build_hierarchy(atoms)
     build = SceneBuilder(observation.cloud, search_input.occlusion, observation.ground, atoms, rules)
-    describe = Describer(observation, atoms, hierarchy, potentials.background)
+    describe = Describer(observation, atoms, hierarchy, potentials.background, columns)
     offered = tuple(dict.fromkeys((pool or NoMasks())(search_input)))
     return Problem(
         search_input, hierarchy, build, describe, energy(potentials, search_input), potentials.alone, offered

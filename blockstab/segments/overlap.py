@@ -1,4 +1,4 @@
-"""How well segments cover true objects (paper, Eq. 5)."""
+"""Overlap of segments with true objects (paper, Eq. 5)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which plane each pixel belongs to, when the planes are known."""
+"""Plane labels of pixels, when the planes are known."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which pixels lie on one plane (after Silberman et al. 2012)."""
+"""Planes of an image and the pixels that lie on each (after Silberman et al. 2012)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from functools import partial
 import torch
 from torch import Tensor
 
-from blockstab.rgbd.cloud import SENSOR_STEP, Cloud
+from blockstab.rgbd.cloud import Cloud
 from blockstab.segments.pieces import without_small_pieces
 from blockstab.segments.plane_labels import grown, nearest_plane, smoothed
 from blockstab.segments.plane_votes import Pixels, Vote, every, fitted, moments
@@ -81,7 +81,7 @@ class PlaneFinder:
         scale = math.sqrt(cloud.depth.numel() / (480 * 640))
         known = cloud.valid & (cloud.normals != 0).any(dim=2)
         # Beyond some distance a step of the sensor is more than the reach, and normals are mostly noise.
-        blur = (SENSOR_STEP * cloud.depth / self.reach).clamp(min=1.0)
+        blur = (cloud.noise.step * cloud.depth / self.reach).clamp(min=1.0)
         reach = self.reach * cloud.depth * blur
         planes = self._voted(partial(every, known=known, cloud=cloud, reach=reach, blur=blur), scale)
         if not len(planes):

@@ -40,7 +40,7 @@ class Pixels:
         return Pixels(*(getattr(self, field.name)[rows] for field in fields(self)))
 
     def on(self, planes: Tensor, tilt: float, reaches: float = 1.0) -> Tensor:
-        """Which pixels lie on which planes.
+        """Mask of the pixels that lie on each plane.
 
         Args:
             planes: (P, 4) float64, normal and offset.
@@ -70,7 +70,7 @@ def every(stride: int, known: Tensor, cloud: Cloud, reach: Tensor, blur: Tensor)
 
 @dataclass(frozen=True)
 class Vote:
-    """How pixels vote for planes.
+    """Vote of pixels for planes.
 
     Args:
         tilt: one less the cosine of the angle that normals of pixels and plane may differ by.

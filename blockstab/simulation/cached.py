@@ -35,7 +35,7 @@ class SimulatedScenes:
 
     @property
     def name(self) -> str:
-        """What the set is made from."""
+        """Name of the set, from its preset, count, seed, sensor and variety."""
         return f"{self.preset}_{self.count}_seed{self.seed}_{self.sensor}_variety{self.variety:g}"
 
     @cached_property

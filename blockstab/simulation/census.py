@@ -1,4 +1,4 @@
-"""What there is in a set of simulated scenes."""
+"""Census of a set of simulated scenes."""
 
 from __future__ import annotations
 

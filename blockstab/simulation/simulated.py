@@ -23,13 +23,13 @@ from blockstab.simulation.physics.solids import Pile
 from blockstab.simulation.sensors import sensor
 from blockstab.stability.support import SupportType
 
-VERSION = 5  # raised whenever the same seed makes another scene than before
+VERSION = 6  # raised whenever the same seed makes another scene than before
 _ATTEMPTS = 50
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """What a set of scenes is made from.
+    """Recipe of a set of scenes.
 
     Args:
         preset: a key of `PRESETS`.
@@ -55,12 +55,12 @@ class Recipe:
             raise ValueError(f"Variety must lie between 0 and 1, but is {self.variety}.")
 
     def origin(self, index: int) -> dict[str, Any]:
-        """What scene number `index` comes from, as its meta.json records it."""
+        """Origin of scene number `index`, as its meta.json records it."""
         versions = {name: version(name) for name in ("blockstab", "mujoco")}
         return {**asdict(self), "index": index, "recipe": VERSION, "versions": versions}
 
     def generator(self, index: int) -> torch.Generator:
-        """What decides all that is random in scene number `index`."""
+        """Generator of all that is random in scene number `index`."""
         entropy = np.random.SeedSequence((self.seed, index)).generate_state(1, np.uint64)
         return torch.Generator().manual_seed(int(entropy[0]))
 
@@ -133,7 +133,7 @@ def _truth(pile: Pile, held: Contacts, view: Viewpoint, picture: Picture) -> Tru
 
 
 def boundary_of(surface: Tensor) -> Tensor:
-    """Where one thing ends and another begins, (2, H, W) bool as in `Truth`, from the things (H, W) seen."""
+    """Boundaries between things, (2, H, W) bool as in `Truth`, from the things (H, W) seen."""
     boundary = torch.zeros(2, *surface.shape, dtype=torch.bool)
     boundary[0, :, :-1] = surface[:, :-1] != surface[:, 1:]
     boundary[1, :-1] = surface[:-1] != surface[1:]

@@ -1,4 +1,4 @@
-"""How far down a box may reach where the camera could not look.
+"""Amodal extension of boxes: how far down one may reach where the camera could not look.
 
 The paper takes all supports to be visible. Behind another object a box shows only its upper part; fitted to that,
 it would float. What nothing stands under, and whose lower part is hidden, is taken to go on to what lies beneath.

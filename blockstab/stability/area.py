@@ -1,4 +1,4 @@
-"""Where one box holds up another, projected on the ground (paper, section 5.2)."""
+"""Support areas of one box on another, projected on the ground (paper, section 5.2)."""
 
 from __future__ import annotations
 

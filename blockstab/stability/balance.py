@@ -19,7 +19,7 @@ EDGE_REACH = 0.01  # metres by which a support without area, an edge or a corner
 
 @dataclass(frozen=True)
 class Balance:
-    """Which of N boxes stand.
+    """Stability verdicts of N boxes.
 
     Args:
         stable: (N,) bool, the box with everything resting on it ("global stability"); background stands.
@@ -38,7 +38,7 @@ class Balance:
 
     @staticmethod
     def of_background(mass_center: Tensor) -> Balance:
-        """What is said of background: it stands."""
+        """Verdicts on background: it stands."""
         n = len(mass_center)
         inf, nan = mass_center.new_full((n,), float("inf")), mass_center.new_full((n, 2), float("nan"))
         stands = torch.ones(n, dtype=torch.bool)
@@ -94,7 +94,7 @@ def combined(areas: Polygons, slots: Tensor, used: Tensor) -> Polygons:
 
 
 def margins(held: Polygons, center: Tensor) -> Tensor:
-    """How far the centres of mass (K, 3) lie inside the hulls that hold them, (K,) metres; NaN without one.
+    """Distances of the centres of mass (K, 3) inside the hulls that hold them, (K,) metres; NaN without one.
 
     Convention:
         A hull without area holds what lies within `EDGE_REACH` of it: no edge is infinitely sharp, but one

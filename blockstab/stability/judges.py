@@ -64,7 +64,7 @@ class TrimmedSupports:
 
 @dataclass(frozen=True)
 class EverySupport:
-    """Whatever may carry a box does: the paper's "Neighbor" (section 8.2)."""
+    """Judge that keeps all candidate supports: the paper's "Neighbor" (section 8.2)."""
 
     def __call__(self, boxes: Boxes, movable: Tensor, candidates: Supports, slack: Tensor) -> Verdicts:
         """All candidates, and `balance` on them."""

@@ -1,4 +1,4 @@
-"""What rests on what: the boxes that each box carries (paper, section 6, from top to bottom)."""
+"""Loads: the boxes that each box carries (paper, section 6, from top to bottom)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which boxes follow the surface they stand on (paper, section 6, "Box fitting"; Fig. 10)."""
+"""Refit axes of boxes that follow the surface they stand on (paper, section 6, "Box fitting"; Fig. 10)."""
 
 from __future__ import annotations
 

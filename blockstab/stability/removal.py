@@ -1,4 +1,4 @@
-"""What falls if a thing is taken away, by asking the judge again without it."""
+"""Removal: the objects that fall without another, by asking the judge again without it."""
 
 from __future__ import annotations
 

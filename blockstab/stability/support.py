@@ -1,10 +1,10 @@
-"""Who may support whom, and how: surface, partial, side (paper, section 5.2)."""
+"""Candidate support relations: surface, partial, side (paper, section 5.2)."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import torch
@@ -13,7 +13,7 @@ from torch import Tensor
 from blockstab.boxes.box import Boxes
 from blockstab.boxes.separation import Separation
 from blockstab.geometry.convex_hulls import Polygons, concatenate
-from blockstab.rgbd.cloud import SENSOR_STEP
+from blockstab.rgbd.noise import KINECT
 from blockstab.stability.area import footprints, lowest_corners, surface_areas, touching_edges
 from blockstab.stability.loads import loads
 
@@ -79,14 +79,18 @@ class SupportRules:
 
     angle_deg: float = 20.0
     touch_m: float = 0.02
-    touch_per_square_m: float = 2 * SENSOR_STEP
+    touch_per_square_m: float = 2 * KINECT.step
+
+    def coarser(self, times: float) -> SupportRules:
+        """The same for depth whose step is that many times as large."""
+        return replace(self, touch_per_square_m=times * self.touch_per_square_m)
 
     def noise(self, boxes: Boxes) -> Tensor:
         """One depth step at each box, (N,) metres."""
         return self.touch_per_square_m / 2 * boxes.center.square().sum(dim=-1)
 
     def touch(self, boxes: Boxes) -> Tensor:
-        """How close each box must come to something to touch it, (N,) metres."""
+        """Touching distance of each box, (N,) metres."""
         return (self.touch_per_square_m * boxes.center.square().sum(dim=-1)).clamp(min=self.touch_m)
 
 

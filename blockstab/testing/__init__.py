@@ -6,12 +6,14 @@ class TestSwallow(MoveContract):
     part = Swallow()
 """
 
+from blockstab.testing.columns import ColumnsContract
 from blockstab.testing.data import SceneSetContract, SensorContract
 from blockstab.testing.judges import JudgeContract
 from blockstab.testing.proposals import ProposalContract
 from blockstab.testing.searches import EnergyContract, MoveContract, SearchContract
 
 __all__ = [
+    "ColumnsContract",
     "EnergyContract",
     "JudgeContract",
     "MoveContract",

@@ -1,4 +1,4 @@
-"""What every set of scenes and every simulated sensor must keep to."""
+"""Contracts of sets of scenes and of simulated sensors."""
 
 from __future__ import annotations
 
@@ -67,6 +67,14 @@ class SensorContract:
         there = measured > 0
         assert float(there.double().mean()) > 0.5
         assert abs(float((measured - wall)[there].mean())) < 0.001
+
+    def test_its_error_is_what_its_camera_says(self) -> None:
+        """On a wall at one metre: at most twice the standard deviation of inverse depth."""
+        wall = self._wall(1.0)
+        measured = self._seen(wall)
+        there = measured > 0
+        off = (1.0 / measured[there] - 1.0 / wall[there]).abs()
+        assert float(off.square().mean().sqrt()) < 2.0 * self.part.camera.noise.deviation
 
     def test_it_draws_from_its_generator_alone_and_as_often_whatever_it_sees(self) -> None:
         """So that a scene does not depend on what was drawn for another."""

@@ -1,4 +1,4 @@
-"""What every judge of stability must keep to."""
+"""Contract of judges of stability."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every proposal must keep to."""
+"""Contract of proposals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every move, search and energy must keep to."""
+"""Contracts of moves, searches and energies."""
 
 from __future__ import annotations
 

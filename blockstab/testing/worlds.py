@@ -38,7 +38,7 @@ class Block:
 
 @dataclass(frozen=True)
 class WorldVerdicts:
-    """What the rule says of a world."""
+    """Verdicts of the rule on a world."""
 
     boxes: Boxes
     movable: Tensor

@@ -16,8 +16,8 @@ from rich.progress import track
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 from torch import Tensor
 
-from blockstab.boundaries.combination import LogisticWeights
 from blockstab.boundaries.cues import CUES, cues_of
+from blockstab.boundaries.edge_models import LogisticWeights
 from blockstab.datasets.sets import SceneSet
 from blockstab.determinism.fingerprint import fingerprint
 from blockstab.evaluation.metrics.borders import borders

@@ -25,7 +25,7 @@ _PICKLES = (".ckpt", ".pt", ".pth", ".pkl", ".pickle", ".joblib", ".bin")
 
 @dataclass(frozen=True)
 class Potentials:
-    """What a parse needs of a checkpoint.
+    """Potentials of a checkpoint, as a parse needs them.
 
     Args:
         unary: of segments (Eq. 3).
@@ -131,7 +131,7 @@ def chosen_columns(potential: Potential, computed: tuple[str, ...]) -> Tensor:
     if missing:
         raise CheckpointError(
             f"The potential needs the column {missing[0]!r}, which this version does not compute; "
-            "train it anew with this version, or use the version that wrote it."
+            "say `columns=` for one of your own, or train it anew with this version."
         )
     return torch.tensor([computed.index(name) for name in potential.columns])
 
@@ -147,7 +147,7 @@ def _files(stem: Path) -> tuple[Path, Path]:
 
 
 def _stem(path: Path | str) -> Path:
-    """What the two files of a checkpoint share, from any way to name it."""
+    """The path that the two files of a checkpoint share but for their suffix, from any way to name it."""
     is_name = not set(str(path)) & set("/\\.")
     path = Path(path)
     if path.suffix.lower() in _PICKLES:

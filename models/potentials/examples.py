@@ -8,10 +8,11 @@ from dataclasses import dataclass, field, replace
 import torch
 from torch import Tensor
 
-from blockstab.boundaries.combination import Combination, FixedWeights
+from blockstab.boundaries.edge_models import EdgeModel, FixedWeights
 from blockstab.energy import Potential, Rating
 from blockstab.energy.overlap import Parts, expected_loss, expected_overlap, parts_of
 from blockstab.energy.recording import Recorder
+from blockstab.features.columns import SegmentColumns
 from blockstab.features.description import Described
 from blockstab.features.pairwise import neighbour_pairs
 from blockstab.observation import estimated_ground, observe
@@ -62,8 +63,9 @@ class ExampleMaker:
         search: with potentials, what is visited from each start; None for random walks alone.
         potentials: those of the round before; neutral where None.
         rules: how a segmentation is understood.
-        boundaries: weighs the cues of an edge between two objects.
+        edges: weighs the cues of an edge between two objects.
         pool: offers masks.
+        columns: of segments, beside ours.
         walks, steps: random walks from the truth, and as many from each start, and their length.
         most_states: whole segmentations kept of each proposal; the segments and boundaries of all are.
         most_masks: masks of the pool that are looked at by themselves.
@@ -74,8 +76,9 @@ class ExampleMaker:
     search: Search | None = None
     potentials: Potentials | None = None
     rules: Rules = field(default_factory=Rules)
-    boundaries: Combination = field(default_factory=FixedWeights)
+    edges: EdgeModel = field(default_factory=FixedWeights)
     pool: Pool = field(default_factory=NoMasks)
+    columns: Sequence[SegmentColumns] = ()
     walks: int = 8
     steps: int = 6
     most_states: int = 24
@@ -89,7 +92,7 @@ class ExampleMaker:
         """
         if frame.label is None:
             raise ValueError(f"{frame.name} has no label.png; training needs the true segments.")
-        observation = observe(frame, estimated_ground, self.boundaries)
+        observation = observe(frame, estimated_ground, self.edges)
         return joined(
             [
                 self._of_view(make_search_input(observation, proposal), generator)
@@ -106,7 +109,7 @@ class ExampleMaker:
                 expected_overlap(learned, of, caution=0.0, turning=0.0), lambda *both: seen.append(both)
             )
 
-        problem = problem_of(search_input, self.rules, potentials, recording, self.pool)
+        problem = problem_of(search_input, self.rules, potentials, recording, self.pool, self.columns)
         truth, start = problem.rate([true_segmentation(problem), search_input.start])
         if self.search is not None and self.potentials is not None:
             self.search(search_input.start, problem, generator)
@@ -174,7 +177,7 @@ def _new_rows(seen: Sequence[Described], overlap: Overlap) -> tuple[Rows, Rows]:
 
 
 def _kept(energies: Sequence[float], most: int, generator: torch.Generator) -> list[int]:
-    """Which whole segmentations are kept, in order: the first two, half of least energy, and others."""
+    """Indices of the whole segmentations kept, in order: the first two, half of least energy, and others."""
     others = sorted(range(2, len(energies)), key=energies.__getitem__)
     most = max(most - 2, 0)
     best, rest = others[: most // 2], others[most // 2 :]

@@ -9,7 +9,7 @@ import torch
 from sklearn.metrics import roc_auc_score
 from torch import Tensor
 
-from blockstab.features.columns import COLUMNS, FeatureSet
+from blockstab.features.columns import FeatureSet, SegmentColumns, computed
 from models.potentials.calibration import platt
 from models.potentials.checkpoint import Potentials, chosen_columns
 from models.potentials.heads import HeadFactory, Potential
@@ -26,20 +26,25 @@ class Fitted(NamedTuple):
 
     Args:
         unseen: for each fold of the images, see `fold_of`, potentials by kind that had not seen them.
+        columns: beside ours, of segments.
     """
 
     potentials: dict[str, Potential]
     weight: float
     facts: dict[str, Any]
     unseen: tuple[dict[str, Potential], ...]
+    columns: Sequence[SegmentColumns] = ()
 
     def ready(self, fold: int) -> ParsingPotentials:
         """For a search on the images of a fold."""
-        return _ready(self.unseen[fold], self.weight, f"fold {fold}")
+        return _ready(self.columns, self.unseen[fold], self.weight, f"fold {fold}")
 
 
-def _ready(potentials: Mapping[str, Potential], weight: float, name: str) -> ParsingPotentials:
-    return choosing(Potentials(**potentials, weight=weight, name=name, sha256="", provenance={}))
+def _ready(
+    columns: Sequence[SegmentColumns], potentials: Mapping[str, Potential], weight: float, name: str
+) -> ParsingPotentials:
+    found = Potentials(**potentials, weight=weight, name=name, sha256="", provenance={})
+    return choosing(found, columns)
 
 
 def fit_all(
@@ -53,6 +58,7 @@ def fit_all(
     folds: int,
     seed: int,
     jobs: int,
+    columns: Sequence[SegmentColumns] = (),
 ) -> Fitted:
     """Train and calibrate the potentials of every kind, and weigh boundaries.
 
@@ -66,30 +72,35 @@ def fit_all(
         weight: of boundaries; None: that of `held_out_weight`.
         most_rows: of a kind; of more, as many are drawn.
         folds: parts of the images, each of which is judged by what has learned from the others.
+        columns: of segments, beside ours, that the examples hold; all are seen.
 
     Raises:
         ValueError: naming what is wrong.
     """
     if target not in TARGETS:
         raise ValueError(f"The target is overlap or bit, but it is {target!r}; choose one.")
+    names = {kind: features.of(kind, columns) for kind in KINDS}
+    all_columns = computed(columns)
     fits, facts = dict[str, CrossFit](), dict[str, Any]()
     for kind in KINDS:
         rows, group = _drawn([getattr(e, kind) for e in examples], most_rows, seed)
-        fits[kind], facts[kind] = _fit(kind, rows, group, head, features, target, folds, seed, jobs)
+        fits[kind], facts[kind] = _fit(
+            kind, rows, group, head, names[kind], all_columns[kind], target, folds, seed, jobs
+        )
     potentials = {kind: fit.potential for kind, fit in fits.items()}
     unseen = tuple({kind: fit.unseen[k] for kind, fit in fits.items()} for k in range(folds))
     states = [e.states for e in examples]
     if weight is None:
-        ready = [_ready(one, 0.0, f"fold {k}") for k, one in enumerate(unseen)]
+        ready = [_ready(columns, one, 0.0, f"fold {k}") for k, one in enumerate(unseen)]
         fold = fold_of(torch.arange(len(states)), folds).tolist()
         weight = held_out_weight([ready[k] for k in fold], states)
     if structured:
-        one, two = (chosen_columns(potentials[k], COLUMNS[k]) for k in ("unary", "pairwise"))
+        one, two = (chosen_columns(potentials[k], all_columns[k]) for k in ("unary", "pairwise"))
         weight = fit_structured(potentials["unary"], potentials["pairwise"], (one, two), states, weight, seed)
         if next(potentials["unary"].parameters(), None) is not None:
             rows, _ = _drawn([e.unary for e in examples], most_rows, seed)
             _calibrate(potentials["unary"], rows, one)
-    return Fitted(potentials, weight, {**facts, "weight": round(weight, 5)}, unseen)
+    return Fitted(potentials, weight, {**facts, "weight": round(weight, 5)}, unseen, columns)
 
 
 def _fit(
@@ -97,14 +108,14 @@ def _fit(
     rows: Rows,
     group: Tensor,
     head: HeadFactory,
-    features: FeatureSet,
+    columns: tuple[str, ...],
+    computed_columns: tuple[str, ...],
     target: str,
     folds: int,
     seed: int,
     jobs: int,
 ) -> tuple[CrossFit, dict[str, Any]]:
-    columns = features.of(kind)
-    chosen = torch.tensor([COLUMNS[kind].index(name) for name in columns])
+    chosen = torch.tensor([computed_columns.index(name) for name in columns])
     seen = rows.features[:, chosen].double()
     as_bit = target == "bit" and kind in ("unary", "pairwise")
     wanted = rows.bad.double() if as_bit else rows.target

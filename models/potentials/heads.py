@@ -14,14 +14,14 @@ CLIP = 5.0  # standard deviations; "relative" features, divided by a volume, hav
 
 
 class Head(nn.Module):
-    """What a plug-in head must be: features (N, F) to potentials (N,), lower is better.
+    """Base class of heads: features (N, F) to potentials (N,), lower is better.
 
     Args:
         arguments: those of its own constructor beside `features`, by name; a checkpoint stores them.
     """
 
     name: ClassVar[str]
-    """What a checkpoint calls this class; it never holds the code of one."""
+    """Name of this class in checkpoints, which never hold its code."""
 
     grid: tuple[float, ...] = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
     """Values of C, the inverse strength of the penalty, to choose from."""
@@ -211,7 +211,7 @@ class Potential(nn.Module):
         return potentials
 
     def standardised(self, features: Tensor) -> Tensor:
-        """What the head sees, (N, F) float64: standard deviations from the mean, clipped to +-`CLIP`."""
+        """Standardised features, (N, F) float64: standard deviations from the mean, clipped to +-`CLIP`."""
         return ((compressed(features.double(), self.unit) - self.mean) / self.scale).clamp(-CLIP, CLIP)
 
     def badness(self, features: Tensor) -> Tensor:

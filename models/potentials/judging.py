@@ -1,4 +1,4 @@
-"""How well potentials tell good segments from bad ones."""
+"""Scores of potentials at telling good segments from bad ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What training minimises: the objective of support vector regression, for any head (paper, section 7.1)."""
+"""Training objective: that of support vector regression, for any head (paper, section 7.1)."""
 
 from __future__ import annotations
 

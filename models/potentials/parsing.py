@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from torch import Tensor
 
-from blockstab.features.columns import COLUMNS
+from blockstab.features.columns import COLUMNS, SegmentColumns, computed
 from models.potentials.checkpoint import Potentials, chosen_columns, load_potentials
 from models.potentials.heads import HEADS, Potential
 
@@ -38,7 +38,7 @@ class Choosing:
 
 @dataclass(frozen=True)
 class ParsingPotentials:
-    """What a parse asks of potentials.
+    """Potentials as a parse uses them.
 
     Args:
         unary, pairwise, alone, background: over all columns of their kind.
@@ -55,15 +55,16 @@ class ParsingPotentials:
     sha256: str
 
 
-def choosing(potentials: Potentials) -> ParsingPotentials:
-    """The same potentials over all columns that this version computes.
+def choosing(potentials: Potentials, columns: Sequence[SegmentColumns] = ()) -> ParsingPotentials:
+    """The same potentials over all columns that are computed: those of this version, and some of one's own.
 
     Raises:
         CheckpointError: if they speak of other features.
     """
     kinds = {kind: getattr(potentials, kind) for kind in COLUMNS}
+    all_columns = computed(columns)
     found = {
-        kind: Choosing(potential, chosen_columns(potential, COLUMNS[kind]))
+        kind: Choosing(potential, chosen_columns(potential, all_columns[kind]))
         for kind, potential in kinds.items()
     }
     return ParsingPotentials(
@@ -71,6 +72,8 @@ def choosing(potentials: Potentials) -> ParsingPotentials:
     )
 
 
-def parsing_potentials(path: Path | str, heads: Mapping[str, type[Any]] = HEADS) -> ParsingPotentials:
+def parsing_potentials(
+    path: Path | str, heads: Mapping[str, type[Any]] = HEADS, columns: Sequence[SegmentColumns] = ()
+) -> ParsingPotentials:
     """Load potentials as `load_potentials` does, ready for a parse."""
-    return choosing(load_potentials(path, heads))
+    return choosing(load_potentials(path, heads), columns)

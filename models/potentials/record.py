@@ -23,7 +23,7 @@ class CheckpointError(ValueError):
 
 @dataclass(frozen=True)
 class Record:
-    """What the JSON says.
+    """Content of the JSON of a checkpoint.
 
     Args:
         sha256: of the safetensors file, in hexadecimal.

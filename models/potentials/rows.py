@@ -1,4 +1,4 @@
-"""What potentials learn from: rows of segments and boundaries, and whole segmentations."""
+"""Training data of potentials: rows of segments and boundaries, and whole segmentations."""
 
 from __future__ import annotations
 

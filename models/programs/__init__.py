@@ -1,1 +1,1 @@
-"""What is run: training and evaluation."""
+"""Command-line programs: training and evaluation."""

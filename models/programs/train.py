@@ -73,6 +73,7 @@ def train_potentials(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> floa
         folds=cfg.fit.folds,
         seed=cfg.seed,
         jobs=cfg.jobs,
+        columns=maker.columns,
     )
     examples = keep(scenes, maker)
     found = fit(examples)
@@ -107,7 +108,7 @@ def _saved(output: Path, found: Fitted, facts: dict[str, Any]) -> None:
 
 def train_stages(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:
     """The stages of merging that the proposal `silberman` goes through."""
-    train = StageTrainer(cfg.variant, seed=cfg.seed, boundaries=made(cfg.boundaries))
+    train = StageTrainer(cfg.variant, seed=cfg.seed, edges=made(cfg.edges))
     merging = train(data, scenes, provenance(cfg, len(scenes)), Path(cfg.cache), cfg.jobs, cfg.overwrite)
     for number, facts in enumerate(merging.provenance["stages"], start=1):
         print(f"stage {number}", facts)
@@ -116,7 +117,7 @@ def train_stages(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:
 
 
 def train_boundaries(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None:
-    """The weights of the cues of an edge, for `boundaries=learned`."""
+    """The weights of the cues of an edge, for `edges=learned`."""
     weights, facts = train_boundary(
         data, scenes, provenance(cfg, len(scenes)), Path(cfg.cache), cfg.seed, cfg.jobs, cfg.overwrite
     )

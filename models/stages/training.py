@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import track
 from torch import Tensor
 
-from blockstab.boundaries.combination import Combination, FixedWeights
+from blockstab.boundaries.edge_models import EdgeModel, FixedWeights
 from blockstab.datasets.sets import SceneSet
 from blockstab.determinism.fingerprint import fingerprint
 from blockstab.features.appearance.pair_columns import Variant, describe_regions, edgelet_appearance
@@ -39,7 +39,7 @@ _SETTINGS = {
 
 @dataclass(frozen=True)
 class StagePlan:
-    """What a stage is to be: threshold, trees at most, leaves of a tree."""
+    """Plan of a stage: threshold, trees at most, leaves of a tree."""
 
     threshold: float
     trees: int
@@ -64,14 +64,14 @@ class StageTrainer:
         order: in which regions are merged on the way.
         seed: of all that is drawn.
         plan: the stages.
-        boundaries: weighs the cues of an edge between two objects.
+        edges: weighs the cues of an edge between two objects.
     """
 
     variant: Variant = "fixed"
     order: Order = "best"
     seed: int = 0
     plan: Sequence[StagePlan] = field(default=PLAN)
-    boundaries: Combination = field(default_factory=FixedWeights)
+    edges: EdgeModel = field(default_factory=FixedWeights)
 
     def __call__(
         self,
@@ -140,7 +140,7 @@ class StageTrainer:
             frame = data.read(scene)[0]
             if frame.label is None:
                 raise ValueError(f"{frame.name} has no label.png; training needs the true segments.")
-            observation = observe(frame, estimated_ground, self.boundaries)
+            observation = observe(frame, estimated_ground, self.edges)
             label = observation.fine
             if stages:
                 # If all is to be made anew, then this was, for the stage before.
@@ -160,13 +160,13 @@ class StageTrainer:
             self.variant,
             self.order,
             self.seed,
-            self.boundaries,
+            self.edges,
         )  # not the plan: stages say what came of it
         made_by = fingerprint("edgelets", stages, settings, type(data), scene, data.stamp(scene))
         return dict(kept_tensors(cache, made_by, make, overwrite))
 
     def _merged(self, label: Tensor, features: Tensor, stages: tuple[BoostedStage, ...]) -> Tensor:
-        """What the last of `stages` makes of regions, of whose edgelets it is shown the features."""
+        """Regions merged by the last of `stages`, of whose edgelets it is shown the features."""
         within, threshold = stages[-1](features), stages[-1].threshold
         generator = torch.Generator().manual_seed(self.seed + len(stages))
         return merged_once(label, trace_edgelets(label), within, threshold, self.order, generator)

@@ -11,13 +11,13 @@ from torch import Tensor
 from torch.nn.functional import max_pool2d
 
 from blockstab.boundaries.relief import RELIEF, relief
-from blockstab.rgbd.cloud import DISPARITY_NOISE, SENSOR_STEP
 from blockstab.rgbd.frame import Camera, Frame
+from blockstab.rgbd.noise import KINECT
 from tests.block_scene import APART, TABLE_Y, picture
 
 SIZE, FOCAL, AWAY = 81, 525.0, 0.8  # pixels, pixels, metres
 MIDDLE = SIZE // 2
-STEP = SENSOR_STEP * AWAY**2  # more than a crease between two pixels explains
+STEP = KINECT.step * AWAY**2  # more than a crease between two pixels explains
 DEPTH, CONVEX, CONCAVE = range(3)
 
 
@@ -106,7 +106,7 @@ def test_a_slanted_plane_gives_nothing(tilt_deg: float) -> None:
 def test_the_sensors_noise_and_lost_pixels_give_next_to_nothing(
     tilt_deg: float, generator: torch.Generator
 ) -> None:
-    noise = DISPARITY_NOISE * torch.randn(SIZE, SIZE, generator=generator, dtype=torch.float64)
+    noise = KINECT.deviation * torch.randn(SIZE, SIZE, generator=generator, dtype=torch.float64)
     depth = 1 / (1 / slanted(tilt_deg) + noise)
     depth[torch.rand(SIZE, SIZE, generator=generator) < 0.1] = 0.0
     found = relief(frame_of(depth))

@@ -9,6 +9,7 @@ import pytest
 import torch
 from hydra.utils import instantiate
 
+from blockstab.datasets.cropped import CroppedScenes
 from blockstab.datasets.joined import JoinedScenes
 from blockstab.datasets.sets import FolderScenes
 from blockstab.datasets.splits import Folds
@@ -63,7 +64,8 @@ def test_short_names_that_cannot_be_told_from_scenes_are_refused(data, names):
 
 def test_the_configured_mixture_is_of_sets_that_are_all_different():
     mixed = instantiate(composed("train", ["data=mixed"]).data)
-    sets = mixed.sets.values()
+    assert (type(mixed), mixed.share) == (CroppedScenes, 0.5)
+    sets = mixed.whole.sets.values()
     assert {type(data) for data in sets} == {SimulatedScenes}
     assert len({data.name for data in sets}) == len(sets) == 8
     assert sum(data.count for data in sets) == 320

@@ -15,7 +15,7 @@ import pytest
 import torch
 from torch import nn
 
-from blockstab.boundaries.combination import LogisticWeights
+from blockstab.boundaries.edge_models import LogisticWeights
 from blockstab.boxes.fitting import MinimumSurface, PlaneTolerance
 from blockstab.determinism.fingerprint import fingerprint
 from blockstab.energy.paper import paper_energy
@@ -60,7 +60,7 @@ def test_every_part_has_the_same_fingerprint_in_another_process_and_one_of_its_o
         (RSamp(), RSamp(moves=(Split(), Merge()))),
         (RSamp((Split(), Merge())), RSamp((Merge(), Split()))),
         (Unexplained(), Unexplained(steps=4.0)),
-        (PARSER, replace(PARSER, boundaries=LogisticWeights((0.0,) * 8, 1.0))),
+        (PARSER, replace(PARSER, edges=LogisticWeights((0.0,) * 8, 1.0))),
         (Rules(), Rules(fitter=MinimumSurface(tolerance=PlaneTolerance(0.004)))),
         (Watershed(), Watershed(least_px=201)),
         (RSamp(), RSamp(rounds=21)),

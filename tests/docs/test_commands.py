@@ -56,7 +56,7 @@ def test_the_page_names_every_option_of_a_command(name):
 
 
 def test_the_page_names_every_choice_of_a_part_of_a_parse():
-    for group in ("ground", "boundaries", "proposals", "rules", "judge", "search", "energy", "pool"):
+    for group in ("ground", "edges", "proposals", "rules", "judge", "search", "energy", "pool"):
         for file in (ROOT / "configs" / group).glob("*.yaml"):
             assert f"`{file.stem}`" in SECTIONS["blockstab parse"], file
     assert all(f"`{preset}`" in SECTIONS["blockstab simulate"] for preset in PRESETS)
@@ -71,7 +71,7 @@ def test_the_page_names_every_key_of_a_program():
     }
     assert first_column("train.py", "key") == keys["boundary"]
     assert first_column("train.py", "key of potentials") == keys["potentials"] - keys["boundary"]
-    assert keys["stages"] - keys["boundary"] == {"boundaries", "variant"}
+    assert keys["stages"] - keys["boundary"] == {"edges", "variant"}
 
 
 def test_the_page_names_every_score_and_every_experiment():
@@ -191,6 +191,7 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     "holds 0 valid pixels": image("depth.png", np.zeros((144, 192), np.uint16)),
     "the median depth must be between 0.1 and 20 m": image("depth.png", np.full((144, 192), 1, np.uint16)),
     "depth_unit must be mm or 0.1mm": meta(depth_unit="inch"),
+    "depth_noise must be one of": meta(depth_noise="loud"),
     "must lie inside the image": meta(cx=400.0),
     "must be a positive number of pixels": meta(fx=0.0),
     "must be JSON": file("meta.json", lambda text: text[:-1]),

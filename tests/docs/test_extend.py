@@ -96,7 +96,7 @@ def test_every_command_of_the_page_is_accepted(mine, program):
         composed(program, overrides, mine)
 
 
-@pytest.mark.parametrize("kind", ["Swallow", "Climb", "Careful", "Coarse"])
+@pytest.mark.parametrize("kind", ["Swallow", "Climb", "Careful", "Coarse", "Colourful"])
 def test_the_parts_of_the_page_keep_the_contracts_of_the_page(mine, kind):
     names: dict[str, Any] = {"__name__": "test_mine"}
     exec(compile((mine / "test_mine.py").read_text(), "test_mine.py", "exec", dont_inherit=True), names)
@@ -121,6 +121,12 @@ def test_the_move_of_the_page_is_one_of_a_search(mine):
     search = instantiate(composed("parse", ["search=swallowing"], mine).search)
     assert search.moves[-1].most_px == 300
     assert search.rounds == 12
+
+
+def test_the_columns_of_the_page_are_computed_for_training_and_for_parses(mine):
+    for program in ("train", "parse", "evaluate"):
+        (part,) = configured.own_columns(composed(program, ["columns=colourful"], mine))
+        assert part.columns == ("colourful",)
 
 
 def test_the_sensor_of_the_page_sees_simulated_scenes(mine, tmp_path):

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from blockstab.boundaries.cues import CUES
 from blockstab.observation import Observation
-from blockstab.rgbd.cloud import SENSOR_STEP
+from blockstab.rgbd.noise import KINECT
 
 Pixel = tuple[int, int]
 
@@ -72,7 +72,7 @@ def around(observation: Observation, label: Tensor, segment: frozenset[int]) -> 
         found.cues.append(seen)
         near, far = depth[within], depth[outside]
         if near > 0 and far > 0:
-            step = max(0.01, 2 * SENSOR_STEP * max(near, far) ** 2)
+            step = max(0.01, 2 * KINECT.step * max(near, far) ** 2)
             found.before += far - near > step
             found.behind += near - far > step
     return found

@@ -12,6 +12,7 @@ from blockstab.features.columns import (
     LONE_COLUMNS,
     PAPER,
     SEGMENT_COLUMNS,
+    computed,
     feature_set,
 )
 from blockstab.features.contour import CONTOUR_COLUMNS
@@ -20,6 +21,7 @@ from blockstab.features.surface import SURFACE_COLUMNS
 from blockstab.features.unary import UNARY_COLUMNS
 from models.potentials.rows import KINDS
 from tests.docs.pages import composed
+from tests.own_columns import Height
 
 # What boxes say only once it is asked what stands on what.
 STABILITY = {
@@ -42,6 +44,18 @@ def test_columns_are_those_of_their_parts_in_order():
     assert tuple(COLUMNS) == KINDS
     assert COLUMNS["alone"] == COLUMNS["background"] == LONE_COLUMNS
     assert COLUMNS["pairwise"] == PAIRWISE_COLUMNS
+
+
+def test_columns_of_ones_own_stand_after_ours_for_segments_in_a_scene_and_are_all_chosen():
+    assert computed([Height()]) == {**COLUMNS, "unary": (*SEGMENT_COLUMNS, "height")}
+    assert feature_set("paper").of("unary", [Height()]) == (*UNARY_COLUMNS, "height")
+    for kind in ("pairwise", "alone", "background"):
+        assert feature_set("paper").of(kind, [Height()]) == feature_set("paper").of(kind)
+
+
+def test_two_columns_of_one_name_are_refused():
+    with pytest.raises(ValueError, match="height came twice"):
+        computed([Height(), Height(0.5)])
 
 
 def test_the_papers_set_is_table_1():

@@ -15,6 +15,7 @@ from blockstab.features.description import Describer
 from blockstab.features.pairwise import PAIRWISE_COLUMNS, pairs_of, pairwise_features
 from blockstab.features.unary import UNARY_COLUMNS, unary_features
 from blockstab.segments.hierarchy import build_hierarchy
+from tests.own_columns import Height
 from tests.search.watched import blocks_view
 from tests.synthetic import builder, over_split, variants
 from tests.tolerance import COMPANY
@@ -27,10 +28,9 @@ def things(rows: Tensor) -> Tensor:
     return 1.0 - rows[:, LONE_COLUMNS.index("ground_share")]
 
 
-def describer(background=things) -> Describer:
-    return Describer(
-        SEARCH_INPUT.observation, SEARCH_INPUT.atoms, build_hierarchy(SEARCH_INPUT.atoms), background
-    )
+def describer(background=things, own=()) -> Describer:
+    hierarchy = build_hierarchy(SEARCH_INPUT.atoms)
+    return Describer(SEARCH_INPUT.observation, SEARCH_INPUT.atoms, hierarchy, background, own)
 
 
 SCENES = builder(SEARCH_INPUT)(variants(SEARCH_INPUT, 8))
@@ -52,6 +52,13 @@ def test_a_row_is_table_1_then_the_box_then_the_segment_by_itself():
         assert torch.equal(one.unary[:, table:box], shape)
         assert torch.equal(one.unary[:, box:], describe.lone(scene.segmentation.segments))
         assert bool(one.unary.isfinite().all())
+
+
+def test_columns_of_ones_own_stand_last():
+    mine = describer(own=[Height(0.1)])(SCENES)
+    for scene, one, plain in zip(SCENES, mine, describer()(SCENES), strict=True):
+        assert torch.equal(one.unary[:, :-1], plain.unary)
+        assert torch.equal(one.unary[:, -1], scene.boxes.center[:, 1] - 0.1)
 
 
 def test_pairs_are_described_by_their_boxes_and_their_looks():

@@ -21,21 +21,24 @@ def toy(monkeypatch):
     """Potentials of any name, that say which heads they may have."""
     asked = []
     monkeypatch.setattr(
-        configured, "parsing_potentials", lambda path, heads: asked.append((path, heads)) or toy_potentials()
+        configured,
+        "parsing_potentials",
+        lambda path, heads, columns: asked.append((path, heads)) or toy_potentials(),
     )
     return asked
 
 
 def test_every_part_of_a_parser_is_a_key_and_every_key_a_part():
-    assert set(PARTS.values()) == {field.name for field in fields(Parser)}
-    assert set(composed("parse", [], {})) - set(PARTS) == {"judge", "heads"}  # of the rules, of potentials
+    assert set(PARTS.values()) | {"columns"} == {field.name for field in fields(Parser)}
+    # Of the rules, of potentials.
+    assert set(composed("parse", [], {})) - set(PARTS) == {"judge", "heads", "columns"}
 
 
 def test_the_configuration_of_a_parse_is_the_parser_that_code_makes():
     made = ParserMaker()(composed("parse", [], PLAIN))
     by_code = Parser(made.proposal, made.search, made.potentials)
     assert made.rules == by_code.rules
-    assert made.boundaries == by_code.boundaries
+    assert made.edges == by_code.edges
     assert made.ground_of is by_code.ground_of
     assert made.seed == by_code.seed
     assert tuple(made.pool.proposals) == tuple(by_code.pool.proposals)

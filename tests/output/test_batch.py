@@ -269,7 +269,7 @@ def test_what_several_parsers_ask_of_an_image_is_computed_once(folders, tmp_path
 
 
 def test_beside_another_parser_the_same_bytes_are_written(folders, tmp_path):
-    greedy = Parser(QUICK.proposal, Greedy(), QUICK.potentials, boundaries=QUICK.boundaries)
+    greedy = Parser(QUICK.proposal, Greedy(), QUICK.potentials, edges=QUICK.edges)
     run(folders, tmp_path / "alone", greedy)
     makers = {tmp_path / name: Parsing(p, report=False) for name, p in (("first", QUICK), ("beside", greedy))}
     make_all([job(folder) for folder in folders], makers)

@@ -14,6 +14,7 @@ import torch
 from blockstab.proposals import Proposal
 from blockstab.proposals.felzenszwalb import Felzenszwalb
 from blockstab.proposals.files import LabelFile, MaskFile
+from blockstab.proposals.plane_dbscan import PlaneDBSCAN
 from blockstab.proposals.plane_pieces import Planes
 from blockstab.proposals.watershed import Watershed
 from models.stages.stages import silberman
@@ -36,6 +37,7 @@ PROPOSALS: dict[str, Callable[[Path], Proposal]] = {
     "watershed": lambda _: Watershed(),
     "felzenszwalb": lambda _: Felzenszwalb(),
     "planes": lambda _: Planes(),
+    "plane_dbscan": lambda _: PlaneDBSCAN(),
     "silberman": lambda _: silberman(),
     "scene_labels": lambda _: LabelFile(),
     "label_image": partial(_from, "ids.png", write_labels),

@@ -10,8 +10,8 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from blockstab.boundaries.combination import FixedWeights
 from blockstab.boundaries.cues import cues_of
+from blockstab.boundaries.edge_models import FixedWeights
 from blockstab.observation import estimated_ground, observe
 from blockstab.rgbd.frame import Frame, read_scene
 from blockstab.segments.atoms import MIN_ATOM_PX, absorb_small, join, make_atoms, over_segment

@@ -23,6 +23,7 @@ from blockstab.simulation.sensors import SENSORS
 from blockstab.stability.balance import balance
 from blockstab.stability.judges import TrimmedSupports, Verdicts
 from blockstab.testing.photographs import BLOCKS, photograph
+from tests.own_columns import Height
 
 
 def of(contract: type, part: object) -> type:
@@ -37,7 +38,7 @@ def broken(contract: type, part: object) -> set[str]:
         if name.startswith("test_"):
             try:
                 getattr(tests, name)()
-            except AssertionError:
+            except (AssertionError, ValueError):
                 found.add(name)
     return found
 
@@ -83,6 +84,16 @@ class Restless:
 
 
 @dataclass(frozen=True)
+class Moody:
+    """A column that says something else each time, under a name that is taken."""
+
+    columns = ("stable",)
+
+    def __call__(self, observation, atoms, scene):
+        return torch.rand(len(scene), 1)
+
+
+@dataclass(frozen=True)
 class Optimist:
     """A judge to which everything stands."""
 
@@ -110,3 +121,10 @@ def test_a_judge_that_breaks_its_contract_is_found_out():
         "test_a_block_in_the_air_falls_unless_it_is_background",
         "test_what_stands_on_a_block_falls_without_it",
     } <= broken(testing.JudgeContract, Optimist())
+
+
+def test_our_column_of_tests_keeps_its_contract_and_one_that_breaks_it_is_found_out():
+    assert broken(testing.ColumnsContract, Height()) == set()
+    assert {"test_asked_twice_it_says_the_same"} <= broken(testing.ColumnsContract, Moody())
+    with pytest.raises(ValueError, match="stable came twice"):
+        of(testing.ColumnsContract, Moody())().test_its_columns_have_names_of_their_own()

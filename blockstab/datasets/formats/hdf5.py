@@ -44,7 +44,7 @@ class ArrayFile:
         return int(array.shape[0])
 
     def entry(self, name: str, index: int, shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
-        """What an array holds at one index of its first axis.
+        """The entry of an array at one index of its first axis.
 
         Args:
             shape: of the entry, as it must be.

@@ -25,7 +25,7 @@ _DTYPES = dict(zip((1, 2, 3, 4, 5, 6, 7, 9, 12, 13), "bBhHiIfdqQ", strict=True))
 
 
 class _Damage(ValueError):
-    """What is wrong, for a line that names the file."""
+    """Fault in the content of a file, for a line that names the file."""
 
 
 @dataclass(frozen=True)

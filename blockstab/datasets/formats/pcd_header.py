@@ -28,7 +28,7 @@ class Field(NamedTuple):
 
 
 class Header(NamedTuple):
-    """What the header says; `values` and `size` (bytes) are of one point."""
+    """The fields of the header; `values` and `size` (bytes) are of one point."""
 
     fields: list[Field]
     values: int

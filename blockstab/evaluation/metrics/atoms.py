@@ -1,4 +1,4 @@
-"""Whether an over-segmentation keeps to the borders of the true regions."""
+"""Boundary adherence of an over-segmentation to the true regions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where regions of a label image end."""
+"""Borders of the regions of a label image."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def borders(label: Tensor) -> Tensor:
 
 
 def near(points: Tensor, others: Tensor, tolerance_px: float) -> Tensor:
-    """Which points have one of the others within a distance.
+    """Mask of the points that have one of the others within a distance.
 
     Args:
         points: (N, D); others: (M, D), coordinates in pixels.

@@ -1,4 +1,4 @@
-"""Whether objects of an image touch."""
+"""Contact between the objects of an image."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from torch import Tensor
 def touching(
     label: Tensor, depth: Tensor, objects: Sequence[int], gap_m: float = 0.02, least_px: int = 5
 ) -> bool:
-    """Whether any two objects touch where the camera sees it: stacked, leaning, or side by side.
+    """True if any two objects touch where the camera sees it: stacked, leaning, or side by side.
 
     Two do if their pixels lie side by side in several places, with nearly the same depth in each.
 

@@ -1,4 +1,4 @@
-"""How well segments overlap the true regions of an image."""
+"""Overlap of segments with the true regions of an image."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Unlabelled = Literal["penalise", "mask"]
 
 
 class Contingency(NamedTuple):
-    """How many pixels each of G true regions shares with each of S predicted ones; all int64."""
+    """Pixel counts that G true regions share with S predicted ones; all int64."""
 
     pixels: Tensor  # (G, S)
     true_ids: Tensor  # (G,) above 0, ascending

@@ -9,7 +9,7 @@ from torch import Tensor
 
 
 def axis_error_deg(rotation: Tensor, truth: Tensor) -> Tensor:
-    """How far the axes of boxes are from the true ones.
+    """Angular error of the axes of boxes against the true ones.
 
     Axes have no sign and no order: of all one-to-one matches, the one of least summed angle counts.
 

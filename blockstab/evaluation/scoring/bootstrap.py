@@ -1,4 +1,4 @@
-"""How sure a mean over images is, and how sure the step from one method to the next."""
+"""Bootstrap intervals of the mean over images, and of the step from one method to the next."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TAILS = (0.025, 0.975)  # of a 95 % interval
 
 
 class Step(NamedTuple):
-    """How much better, or worse, one method is than another, and the 95 % interval of that."""
+    """Difference of the means of two methods, and its 95 % interval."""
 
     mean: float
     ci95: list[float]
@@ -34,7 +34,7 @@ def interval(parts: Sequence[Score], seed: int) -> list[float] | None:
 
 
 def step(above: Mapping[str, Score], row: Mapping[str, Score], seed: int) -> Step | None:
-    """How much the pooled mean grows from one method to another, with its paired bootstrap interval.
+    """Step of the pooled mean from one method to another, with its paired bootstrap interval.
 
     Args:
         above, row: what each method scored, by scene. The scenes count in which both have something.

@@ -27,7 +27,7 @@ FILE = "course.json"
 
 @dataclass(frozen=True)
 class Course:
-    """What became of energy and score in one image; the score is `overlap`.
+    """Course of energy and score in one image; the score is `overlap`.
 
     Args:
         energy, overlap: of the best after each round, the first guess first.
@@ -101,7 +101,7 @@ def followed_course(parser: Parser, look: Look, objects: Sequence[int]) -> Cours
 
 
 def read_course(folder: Path) -> Course:
-    """What `Following` wrote."""
+    """Read what `Following` wrote."""
     return Course(**{name: tuple(values) for name, values in json.loads((folder / FILE).read_text()).items()})
 
 

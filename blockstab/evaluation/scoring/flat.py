@@ -1,4 +1,4 @@
-"""Which of the flat things on a table are found: pens, cutlery, sheets, that depth hardly shows."""
+"""Recall of the flat things on a table: pens, cutlery, sheets, that depth hardly shows."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _widened(mask: Tensor) -> Tensor:
 
 
 def _rise(own: Tensor, around: Tensor) -> float:
-    """How far most points (M, 3) are from the plane through others (N, 3), metres."""
+    """Distance within which most points (M, 3) lie from the plane through others (N, 3), metres."""
     center = around.mean(dim=0)
     normal = torch.linalg.eigh((around - center).T @ (around - center)).eigenvectors[:, 0]
     return float(((own - center) @ normal).abs().quantile(_TOP))

@@ -25,7 +25,7 @@ class Score(NamedTuple):
 
 @dataclass(frozen=True)
 class Prediction:
-    """What a parse wrote: `record` is its scene.json, `label` (H, W) its labels.png."""
+    """Output of a parse: `record` is its scene.json, `label` (H, W) its labels.png."""
 
     record: dict[str, Any]
     label: Tensor

@@ -14,7 +14,7 @@ Record = dict[str, Any]
 
 @dataclass(frozen=True)
 class Scored:
-    """What one method scored.
+    """Scores of one method.
 
     Args:
         method: its name.

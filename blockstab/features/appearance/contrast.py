@@ -1,4 +1,4 @@
-"""How two regions differ: the 46 appearance features that do not depend on the course of their border."""
+"""Contrast of two regions: the 46 appearance features that do not depend on the course of their border."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which pixels of regions lie near their borders."""
+"""Pixels near the borders of regions."""
 
 from __future__ import annotations
 

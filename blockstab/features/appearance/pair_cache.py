@@ -1,4 +1,4 @@
-"""How pairs of segments look, measured once for all segmentations of one image that a search looks at."""
+"""Appearance of pairs of segments, measured once for all segmentations of one image that a search looks at."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Appearances:
         self._row: dict[frozenset[Segment], int] = {}
 
     def __len__(self) -> int:
-        """How many pairs have been measured."""
+        """The number of pairs measured."""
         return len(self._row)
 
     def __call__(self, pairs: Sequence[Pair]) -> Tensor:

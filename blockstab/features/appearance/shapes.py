@@ -1,4 +1,4 @@
-"""Where regions lie, and the shape of what they show."""
+"""Places of regions, and the shape of what they show."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MIN_DEPTH = 1e-3  # metres
 
 @dataclass(frozen=True)
 class Places:
-    """What all pixels of R regions say, metres.
+    """Statistics of all pixels of R regions, metres.
 
     Args:
         least, mean, greatest: (R, 3), of the points.
@@ -46,7 +46,7 @@ class Places:
 
 @dataclass(frozen=True)
 class Shapes:
-    """What samples of R regions say, metres: up to 100 pixels, less the tenth that lies farthest from their mean.
+    """Statistics of samples of R regions, metres: up to 100 pixels, less the tenth farthest from their mean.
 
     Args:
         samples: (R, 90, 3), of which a region has the first `sampled` (R,).

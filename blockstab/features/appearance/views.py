@@ -1,4 +1,4 @@
-"""What each pixel shows, for the appearance features: a point in the room, colours, where its surface faces."""
+"""Pixel data for the appearance features: a point in the room, colours, the facing of the surface."""
 
 from __future__ import annotations
 

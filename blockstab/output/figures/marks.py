@@ -1,4 +1,4 @@
-"""How a segment is coloured, placed and described, alike in every figure."""
+"""Colours, places and descriptions of segments, alike in every figure."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ def segment_colors(scene: Scene) -> list[str]:
 
 
 def state(scene: Scene, i: int) -> str:
-    """Whether segment index `i` is stable, unstable or background."""
+    """The state of segment index `i`: "stable", "unstable" or "background"."""
     return "background" if scene.background[i] else "stable" if scene.balance.stable[i] else "unstable"
 
 
 def margin_mm(scene: Scene, i: int) -> float | None:
-    """How far segment index `i` is from toppling; None where that has no meaning."""
+    """Margin of segment index `i` against toppling, millimetres; None where that has no meaning."""
     margin = scene.balance.margin[i]
     return 1000 * float(margin) if margin.isfinite() and not scene.background[i] else None
 

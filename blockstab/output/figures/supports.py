@@ -62,7 +62,7 @@ def support_figure(parsed: Parsed) -> Figure:
 
 
 def _places(parsed: Parsed) -> dict[int, Place]:
-    """Where each shown segment index and `GROUND` go: rank across the image, metres above the ground."""
+    """Place of each shown segment index and of `GROUND`: rank across the image, metres above the ground."""
     scene = parsed.scene
     linked = {*scene.supports.supporter.tolist(), *scene.supports.supported.tolist()} - {GROUND}
     shown = sorted(linked | set((~scene.background).nonzero().flatten().tolist()))

@@ -1,4 +1,4 @@
-"""How moves are drawn: the worse what they change, or the more they promise, the likelier."""
+"""Random draws of moves: the worse what they change, or the more they promise, the likelier."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _KEEN = (
 
 
 class Change(NamedTuple):
-    """What a move would change.
+    """Change that a move would make.
 
     Args:
         gone, new: the segments that go, and those that come; they cover the same atoms.

@@ -1,4 +1,4 @@
-"""What colour the camera sees: made-up things under lamps, through a lens."""
+"""Colours that the camera sees: made-up things under lamps, through a lens."""
 
 from __future__ import annotations
 

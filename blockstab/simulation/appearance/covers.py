@@ -1,4 +1,4 @@
-"""What is printed on cartons and books, face by face."""
+"""Prints on cartons and books, face by face."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How screens, laptops, keyboards, mice, phones, pens and tools look."""
+"""Looks of screens, laptops, keyboards, mice, phones, pens and tools."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How things can look: colour, print, gloss and grain."""
+"""Looks of things: colour, print, gloss and grain."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from blockstab.simulation.appearance.lettering import Color, Sheet
 
 
 class Finish(NamedTuple):
-    """How a surface shines.
+    """Specular reflection of a surface.
 
     Args:
         gloss: 0 for none, 1 for a smooth coat.
@@ -22,7 +22,7 @@ class Finish(NamedTuple):
 
 
 class Grain(NamedTuple):
-    """How the colour varies inside the material: strengths, and sizes in metres.
+    """Variation of the colour inside the material: strengths, and sizes in metres.
 
     Args:
         rings, spacing: of wood, and from ring to ring.

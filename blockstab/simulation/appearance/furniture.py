@@ -1,4 +1,4 @@
-"""How tables, floors, walls and cabinets look."""
+"""Looks of tables, floors, walls and cabinets."""
 
 from __future__ import annotations
 

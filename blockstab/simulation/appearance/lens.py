@@ -1,4 +1,4 @@
-"""What a cheap camera makes of light: blur, vignetting, wrong exposure, noise, JPEG."""
+"""Effects of a cheap camera: blur, vignetting, wrong exposure, noise, JPEG."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each thing is made up as: its colours, its printing, its gloss, its grain."""
+"""Make-up of each thing: its colours, its printing, its gloss, its grain."""
 
 from __future__ import annotations
 

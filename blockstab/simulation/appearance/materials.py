@@ -22,7 +22,7 @@ _DENSITY = torch.tensor([0.75, 1.0, 1.3])  # grain darkens blue more than red, a
 
 @dataclass(frozen=True)
 class Materials:
-    """What N solids with P patches in all are made of.
+    """Materials of N solids with P patches in all.
 
     Args:
         texels: (K, 3) float32 linear RGB, the prints of all patches, row by row from the top left.

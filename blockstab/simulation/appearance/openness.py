@@ -1,4 +1,4 @@
-"""How much of the light in a room reaches each point: shadows, dark corners, mirrored things."""
+"""Share of the light in a room that reaches each point: shadows, dark corners, mirrored things."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _EVEN = torch.tensor([0.7548776662, 0.5698402910])
 
 @dataclass(frozen=True)
 class Openness:
-    """How much of the light reaches points on a grid of pixels, every second one in both directions.
+    """Share of the light that reaches points on a grid of pixels, every second one in both directions.
 
     Args:
         seen: (h, w) what is in those pixels.

@@ -1,4 +1,4 @@
-"""What a camera sees of a pile: exact depth, solid, patch and normal along every ray."""
+"""Ray casting of a pile: exact depth, solid, patch and normal along every ray."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SKIN = 1e-3  # a surface this near an end of a shadow ray (metres, or share of 
 
 @dataclass(frozen=True)
 class Surfaces:
-    """What rays of any shape (...) meet first.
+    """Surfaces that rays of any shape (...) meet first.
 
     Args:
         depth: (...) float64, in lengths of the ray's direction; 0 where it meets nothing.
@@ -73,7 +73,7 @@ class RayCaster:
         self._scene.add_triangles(open3d.core.Tensor(vertices), open3d.core.Tensor(triangles))
 
     def first_hit(self, origin: Tensor, directions: Tensor) -> Surfaces:
-        """What the rays from `origin` (3,) along `directions` (..., 3), both metres, meet first."""
+        """The surfaces that the rays from `origin` (3,) along `directions` (..., 3), both metres, meet first."""
         answer = self._scene.cast_rays(self._rays(origin, directions), nthreads=1)
         hit = torch.from_numpy(answer["t_hit"].numpy()).isfinite()
         triangle = torch.from_numpy(answer["primitive_ids"].numpy().astype("int64"))
@@ -96,15 +96,15 @@ class RayCaster:
         )
 
     def meets(self, origin: Tensor, directions: Tensor) -> Tensor:
-        """Whether the rays from `origin` (3,) along `directions` (..., 3) meet anything, (...) bool."""
+        """True where the rays from `origin` (3,) along `directions` (..., 3) meet anything, (...) bool."""
         return self._blocked(origin, directions, 0.0, float("inf"))
 
     def hidden_from(self, source: Tensor, points: Tensor) -> Tensor:
-        """Whether something stands between `source` (3,) or (..., 3) and the points (..., 3), (...) bool."""
+        """True where something stands between `source` (3,) or (..., 3) and the points (..., 3), (...) bool."""
         return self._blocked(source, points - source, 0.0, 1.0 - _SKIN)
 
     def shaded(self, points: Tensor, directions: Tensor, reach: float) -> Tensor:
-        """Whether something stands within `reach` metres of points along unit `directions` (..., 3)."""
+        """True where something stands within `reach` metres of points along unit `directions` (..., 3)."""
         return self._blocked(points, directions, _SKIN, reach)
 
     def _blocked(self, origin: Tensor, directions: Tensor, near: float, far: float) -> Tensor:

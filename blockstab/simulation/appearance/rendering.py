@@ -80,7 +80,7 @@ def _incidence(view: Viewpoint, seen: Surfaces) -> Tensor:
 
 
 def _lit(view: Viewpoint, seen: Surfaces, caster: RayCaster, sensor: Sensor) -> Tensor:
-    """Which surfaces (H, W) the second eye of the sensor sees."""
+    """Mask (H, W) of the surfaces that the second eye of the sensor sees."""
     eye = view.center + sensor.baseline * view.camera_from_table[0]
     return ~caster.hidden_from(eye.expand_as(seen.points), seen.points)
 

@@ -1,4 +1,4 @@
-"""Where the camera stands."""
+"""Viewpoints of the camera."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _CLEARANCE = 0.5  # metres between camera and pile, as structured light needs
 
 
 class _Stance(NamedTuple):
-    """Where a camera may stand.
+    """Limits on the viewpoint of a camera.
 
     Args:
         down_deg: how far it looks down, least and most.

@@ -1,4 +1,4 @@
-"""What is printed on tins, bottles, balls and bowls, patch by patch."""
+"""Prints on tins, bottles, balls and bowls, patch by patch."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ METAL: Color = (206, 206, 202)
 
 
 def label_round(patch: Patch, palette: Palette, generator: torch.Generator) -> Sheet:
-    """What wraps round a tin, with its front twice, and a metal rim above and below."""
+    """The label round a tin, with its front twice, and a metal rim above and below."""
     turned = patch._replace(width=patch.width / 2)
     sheet, half = Sheet(patch.width, patch.height, palette.ground), front(turned, palette, generator)
     for start in (0, half.size[0]):

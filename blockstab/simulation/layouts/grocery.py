@@ -97,7 +97,7 @@ def _laid_on_top(generator: torch.Generator, wide: float, deep: float, on: float
 
 
 def _size(pile: Pile) -> list[float]:
-    """How wide, high and deep it is, metres."""
+    """Width, height and depth of a pile, metres."""
     corners = pile.boxes().corners().flatten(0, 1)
     size: list[float] = (corners.amax(dim=0) - corners.amin(dim=0)).tolist()
     return size

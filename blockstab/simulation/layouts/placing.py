@@ -68,7 +68,7 @@ def leaning(solid: Solid, slope: float, edge: float, x: float) -> Pile:
 
 
 def height(solid: Solid) -> float:
-    """How high the solid is where it stands as it should, metres."""
+    """Height of the solid where it stands as it should, metres."""
     return 2.0 * float(solid.half_extent[1])
 
 
@@ -122,7 +122,7 @@ def beside(generator: torch.Generator, structure: Pile, parts: list[Pile]) -> Pi
 
 
 def clear(first: Pile, second: Pile, clearance: float) -> bool:
-    """Whether all bounding boxes of one pile are at least `clearance` metres from all of the other."""
+    """True if all bounding boxes of one pile are at least `clearance` metres from all of the other."""
     i = torch.arange(len(first)).repeat_interleave(len(second))
     j = len(first) + torch.arange(len(second)).repeat(len(first))
     return bool((separation(concatenate([first, second]).boxes(), i, j).gap >= clearance).all())

@@ -17,7 +17,7 @@ from blockstab.simulation.physics.solids import Pile
 
 @dataclass(frozen=True)
 class Preset:
-    """What makes a scene of one kind.
+    """Preset for scenes of one kind.
 
     Args:
         arrange: draws a pile, not yet at rest, in the table frame.

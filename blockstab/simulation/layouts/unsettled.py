@@ -41,7 +41,7 @@ def placed_unsettled(generator: torch.Generator) -> Pile:
 
 
 def _margin(generator: torch.Generator, tips: float) -> float:
-    """How far inside the edge the weight acts, as a share of the supporting width; negative where it tips."""
+    """Distance of the weight inside the edge, as a share of the supporting width; negative where it tips."""
     side = -1.0 if chance(generator, tips) else 1.0
     return side * uniform(generator, _NEAR, _FAR)
 

@@ -1,4 +1,4 @@
-"""Who carries whom in a pile at rest, and how, from the forces at its contacts."""
+"""Support in a pile at rest, from the forces at its contacts: who carries whom, and how."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _BROAD = 0.005  # metres; a patch of contact that is narrower is an edge or a co
 
 @dataclass(frozen=True)
 class Contacts:
-    """What carries each of N solids; row i is solid i, and row N the table.
+    """Supports of N solids, from contact forces; row i is solid i, and row N the table.
 
     Args:
         share: (N + 1, N) float64. Entry [i, j] is the upward part of the mean contact force of i on j,
@@ -101,7 +101,7 @@ def _type(heard: _Touches, supporter: int, supported: int) -> SupportType:
 
 
 def _width(points: Tensor) -> float:
-    """How wide P points (P, 2) spread in the direction in which they spread least."""
+    """Spread of P points (P, 2) in the direction in which they spread least."""
     corners = hull(points[None])
     corner = corners.vertices[0, : int(corners.count[0])]
     if len(corner) < 3:

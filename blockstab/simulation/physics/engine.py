@@ -56,7 +56,7 @@ def world(pile: Pile) -> tuple[Any, Any]:
 
 
 def steps_of(seconds: float) -> int:
-    """How many steps of the engine that is."""
+    """Number of steps of the engine in a time."""
     return round(seconds / _TIMESTEP)
 
 

@@ -44,7 +44,7 @@ def settle(pile: Pile) -> Pile | None:
 
 
 def falls(pile: Pile) -> Tensor:
-    """What falls when one of N resting solids is taken away, found by taking it away.
+    """Removal of each of N resting solids, one at a time: the others that fall, found by simulation.
 
     Returns:
         (N, N) bool: [i, j] where j moves more than 1 cm, or turns by more than 10 degrees, within 1.5 s
@@ -65,7 +65,7 @@ def falls(pile: Pile) -> Tensor:
 
 
 def moves(pile: Pile) -> Tensor:
-    """Which of N solids move, let go where they are.
+    """Mask of the N solids that move, let go where they are.
 
     Returns:
         (N,) bool: within 1.5 s it moves more than 1 cm, or turns by more than 10 degrees.

@@ -88,7 +88,7 @@ def read_verdict(file: Path) -> Verdict:
 
 
 def judged_by_rule(boxes: Boxes) -> Tensor:
-    """Which of N exact boxes the paper's rule calls stable, (N,) bool; the table is y = 0."""
+    """Stability of N exact boxes by the paper's rule, (N,) bool; the table is y = 0."""
     n = len(boxes)
     first, second = torch.triu_indices(n, n, offset=1)
     rules = SupportRules(touch_m=_TOUCH, touch_per_square_m=0.0)
@@ -101,7 +101,7 @@ def judged_by_rule(boxes: Boxes) -> Tensor:
 
 
 def summary(files: list[Path]) -> str:
-    """How many arrangements fall, and how often the paper's rule agrees with the engine, in one line."""
+    """Share of arrangements that fall, and agreement of the paper's rule with the engine, in one line."""
     verdicts = [read_verdict(file) for file in files]
     falling = sum(bool(v.moved.any()) for v in verdicts) / len(verdicts)
     moved = torch.cat([v.moved for v in verdicts])

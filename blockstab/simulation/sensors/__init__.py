@@ -19,7 +19,7 @@ class Sensor(Protocol):
 
     @property
     def camera(self) -> Camera:
-        """Intrinsics of the colour and the depth image."""
+        """Intrinsics of the colour and the depth image, and the noise that whoever uses depth reckons with."""
 
     @property
     def height_px(self) -> int: ...

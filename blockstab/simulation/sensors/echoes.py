@@ -1,4 +1,4 @@
-"""Where so little of the light comes back that nothing can be matched."""
+"""Loss of depth where so little of the light comes back that nothing can be matched."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ class Kinect:
 
 
 def _frayed(depth: Tensor, incidence: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor]:
-    """Which pixel each pixel (H, W) gets its depth from, as an index into the flattened image; which get none."""
+    """Source pixel of each pixel's (H, W) depth, as an index into the flattened image; mask of those with none."""
     height, width = depth.shape
     rows, columns = torch.meshgrid(torch.arange(height), torch.arange(width), indexing="ij")
     down, right = (

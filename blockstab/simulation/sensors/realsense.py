@@ -10,10 +10,12 @@ from torch import Tensor
 from torch.nn.functional import max_pool2d
 
 from blockstab.rgbd.frame import Camera
+from blockstab.rgbd.noise import REALSENSE
 from blockstab.simulation.sensors.echoes import swallowed
 from blockstab.simulation.sensors.patches import patchy_noise
 
-_CAMERA = Camera(fx=615.0, fy=615.0, cx=319.5, cy=239.5)  # its colour camera sees 42 degrees of height
+# Its colour camera sees 42 degrees of height.
+_CAMERA = Camera(fx=615.0, fy=615.0, cx=319.5, cy=239.5, noise=REALSENSE)
 _SUBPIXEL_PX = 0.08  # root mean square error of disparity; the makers say 0.03 at best, 0.08 to reckon with
 _DISPARITY_STEP_PX = 1 / 32  # Grunnet-Jepsen et al., Subpixel Linearity Improvement for D400 (2019)
 _NEAREST, _FURTHEST = 0.28, 6.0  # metres; the nearest is the data sheet's, at 1280 x 720
@@ -79,7 +81,7 @@ class RealSense:
 
 
 def _spread(disparity: Tensor, slope: Tensor, generator: torch.Generator) -> Tensor:
-    """Which pixel each pixel (H, W) gets its disparity from, as an index into the flattened image.
+    """Source pixel of each pixel's (H, W) disparity, as an index into the flattened image.
 
     Args:
         disparity: (H, W) pixels, 0 where there is nothing.

@@ -1,4 +1,4 @@
-"""Where one box holds up another, projected on the ground, in machine code; see `stability.area`."""
+"""Support areas of one box on another, projected on the ground, in machine code; see `stability.area`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether boxes stand on what holds them, in machine code; see `stability.balance`."""
+"""Balance of boxes on what holds them, in machine code; see `stability.balance`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from blockstab.stability.compiled.polygons import hull
 
 
 class Verdicts(NamedTuple):
-    """Which of N boxes stand, as in `balance.Balance`."""
+    """Stability verdicts of N boxes, as in `balance.Balance`."""
 
     stable: np.ndarray  # (N,) bool
     stable_alone: np.ndarray  # (N,) bool

@@ -1,4 +1,4 @@
-"""What rests on what, in machine code; see `stability.loads`.
+"""Loads of boxes: what rests on what, in machine code; see `stability.loads`.
 
 Relations are followed along linked lists: `head[b]` is a relation of box b, `following[e]` the next one of the same
 box after e; -1 ends a list.
@@ -26,7 +26,7 @@ def linked(owner, n):
 
 @njit(error_model="numpy")
 def rests_on(upper, lower, below, head, following):
-    """Whether a box rests, through however many others, on another.
+    """True if a box rests, through however many others, on another.
 
     Args:
         below: the lower box of each relation; head, following: lists of the relations by their upper box.
@@ -40,7 +40,7 @@ def rests_on(upper, lower, below, head, following):
 
 @njit(error_model="numpy")
 def is_resting(relations, e):
-    """Whether a relation is that of one box on top of another."""
+    """True if a relation is that of one box on top of another."""
     return relations.supporter[e] != _GROUND and relations.type[e] != _SIDE
 
 

@@ -37,7 +37,7 @@ def centroid(polygon):
 
 @njit(error_model="numpy")
 def margin(polygon, x, y):
-    """How far a point lies inside a polygon, metres, negative outside; see `balance.margins`. NaN where empty."""
+    """Distance of a point inside a polygon, metres, negative outside; see `balance.margins`. NaN where empty."""
     count = len(polygon)
     if count == 0:
         return np.nan

@@ -38,7 +38,7 @@ def hull(points):
 
 @njit(error_model="numpy")
 def clip(subject, clipper):
-    """What two polygons with area share (k, 2) (Sutherland and Hodgman 1974, as in `convex.clip`)."""
+    """Intersection of two polygons with area (k, 2) (Sutherland and Hodgman 1974, as in `convex.clip`)."""
     slack = SLACK * max(_reach(subject), _reach(clipper))
     for i in range(len(clipper)):
         j = i + 1 if i + 1 < len(clipper) else 0
@@ -51,7 +51,7 @@ def clip(subject, clipper):
 
 @njit(error_model="numpy")
 def _cut(corners, anchor_x, anchor_y, normal_x, normal_y, slack):
-    """What a half-plane leaves of a polygon."""
+    """Clip a polygon to a half-plane."""
     count = len(corners)
     depth = np.empty(count)
     for i in range(count):
@@ -173,7 +173,7 @@ def _packed(walk, drop):
 
 @njit(error_model="numpy")
 def _left_of(points, start, end, here):
-    """Whether a point lies to the left of a directed line, beyond the doubt of rounding (Shewchuk 1997)."""
+    """True if a point lies to the left of a directed line, beyond the doubt of rounding (Shewchuk 1997)."""
     right = (points[end, 1] - points[start, 1]) * (points[here, 0] - points[start, 0])
     left = (points[end, 0] - points[start, 0]) * (points[here, 1] - points[start, 1])
     return left - right > ROUNDING * (abs(left) + abs(right))
@@ -181,7 +181,7 @@ def _left_of(points, start, end, here):
 
 @njit(error_model="numpy")
 def _between(points, start, end, here, slack):
-    """Whether a point lies on a segment, give or take the slack."""
+    """True if a point lies on a segment, give or take the slack."""
     line_x, line_y = points[end, 0] - points[start, 0], points[end, 1] - points[start, 1]
     arm_x, arm_y = points[here, 0] - points[start, 0], points[here, 1] - points[start, 1]
     room = slack * (abs(line_x) + abs(line_y))

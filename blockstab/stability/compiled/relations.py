@@ -1,4 +1,4 @@
-"""Who may support whom, in machine code: `support.candidate_supports` box by box, pair by pair."""
+"""Candidate support relations, in machine code: `support.candidate_supports` box by box, pair by pair."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def _add_aside(found, on_floor, on_top, things, first, second):
 
 @njit(error_model="numpy")
 def _is_partial(things, below, above, limits):
-    """Whether a box meets another with an edge rather than with a face."""
+    """True if a box meets another with an edge rather than with a face."""
     cosine = 0.0
     for k in range(3):
         cosine += things.top[below, k] * things.top[above, k]

@@ -13,8 +13,8 @@ import pytest
 import torch
 from torch import Tensor
 
-from blockstab.boundaries.combination import LogisticWeights
 from blockstab.boundaries.cues import CUES, cues_of
+from blockstab.boundaries.edge_models import LogisticWeights
 from blockstab.datasets.truth import Truth
 from blockstab.evaluation.metrics.borders import borders
 from blockstab.rgbd.frame import Frame

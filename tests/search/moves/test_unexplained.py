@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from blockstab.energy import Rating
-from blockstab.rgbd.cloud import SENSOR_STEP
+from blockstab.rgbd.noise import KINECT
 from blockstab.search.moves.unexplained import Unexplained
 from blockstab.search.problem import MIN_SEGMENT_PX, Problem
 from blockstab.testing.photographs import photograph
@@ -56,7 +56,7 @@ def test_what_lies_off_the_faces_is_one_of_the_parts(name):
         points = cloud.points[(label == atom + 1) & cloud.valid]
         inward = box.half_extent[0] - ((points - box.center[0]) @ box.rotation[0]).abs()
         far = inward.amin(dim=1).abs().mean()
-        step = (SENSOR_STEP * points.square().sum(dim=1)).mean()
+        step = (KINECT.step * points.square().sum(dim=1)).mean()
         off |= {atom} if float(far) > max(3 * float(step), 0.01) else set()
     assert off
     results = Unexplained()(rating, problem, ALL, seeded(0))

@@ -1,4 +1,4 @@
-"""What one would try first: take away the largest planes, then cluster the points that are left, by Open3D."""
+"""RANSAC planes and DBSCAN clusters of the other points, by Open3D: what one would try first."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import torch
 
 from blockstab.observation import Observation
 from blockstab.proposals import Proposed
+
+_SAMPLE = 3  # points that a plane is laid through
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,10 @@ class PlaneDBSCAN:
         left = np.arange(len(points))
         open3d.utility.random.seed(0)
         for _ in range(self.planes):
+            if len(left) < _SAMPLE:
+                break
             cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points[left]))
-            _, inliers = cloud.segment_plane(self.inlier_m, ransac_n=3, num_iterations=300)
+            _, inliers = cloud.segment_plane(self.inlier_m, ransac_n=_SAMPLE, num_iterations=300)
             if len(inliers) < self.least_share * len(points):
                 break
             label[left[inliers]] = 1

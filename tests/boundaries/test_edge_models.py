@@ -9,8 +9,8 @@ import torch
 from torch import Tensor
 from torch.nn.functional import max_pool2d
 
-from blockstab.boundaries.combination import FixedWeights, LogisticWeights
 from blockstab.boundaries.cues import CUES, Cues, cues_of
+from blockstab.boundaries.edge_models import FixedWeights, LogisticWeights
 from blockstab.rgbd.frame import Frame
 from tests.block_scene import APART, STACK, TABLE, picture
 

@@ -1,4 +1,4 @@
-"""From cues of an edge to how likely it is that two objects meet."""
+"""Edge models: from the cues of an edge to the strength of boundaries between objects."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from blockstab.boundaries.cues import CUES, Cues
 from blockstab.boundaries.gradients import COLOR_GRADIENTS, pb
 
 
-class Combination(Protocol):
+class EdgeModel(Protocol):
     """A way to weigh the cues of an edge: a class with its settings."""
 
     def __call__(self, cues: Cues, /) -> BoundaryMap:
