@@ -8,9 +8,8 @@ import torch
 from torch import Tensor
 
 from blockstab.rgbd.frame import Camera
-from blockstab.rgbd.noise import IDEAL
 
-_CAMERA = Camera(fx=525.0, fy=525.0, cx=319.5, cy=239.5, noise=IDEAL)
+_CAMERA = Camera(fx=525.0, fy=525.0, cx=319.5, cy=239.5)
 _FURTHEST = 65.535  # metres; the last millimetre that an image of 16 bits holds
 
 

@@ -10,12 +10,10 @@ from torch import Tensor
 from torch.nn.functional import max_pool2d
 
 from blockstab.rgbd.frame import Camera
-from blockstab.rgbd.noise import REALSENSE
 from blockstab.simulation.sensors.echoes import swallowed
 from blockstab.simulation.sensors.patches import patchy_noise
 
-# Its colour camera sees 42 degrees of height.
-_CAMERA = Camera(fx=615.0, fy=615.0, cx=319.5, cy=239.5, noise=REALSENSE)
+_CAMERA = Camera(fx=615.0, fy=615.0, cx=319.5, cy=239.5)  # its colour camera sees 42 degrees of height
 _SUBPIXEL_PX = 0.08  # root mean square error of disparity; the makers say 0.03 at best, 0.08 to reckon with
 _DISPARITY_STEP_PX = 1 / 32  # Grunnet-Jepsen et al., Subpixel Linearity Improvement for D400 (2019)
 _NEAREST, _FURTHEST = 0.28, 6.0  # metres; the nearest is the data sheet's, at 1280 x 720
