@@ -7,12 +7,13 @@ from typing import NamedTuple
 
 import torch
 
+from blockstab.boxes.box import Boxes
 from blockstab.rgbd.frame import Camera
 from blockstab.simulation.appearance.lighting import Lamps
 from blockstab.simulation.appearance.raycasting import RayCaster, Surfaces
 from blockstab.simulation.appearance.room import furnish
 from blockstab.simulation.appearance.viewpoint import Setting, Viewpoint, draw_view
-from blockstab.simulation.physics.solids import Part, Pile, Solid, concatenate
+from blockstab.simulation.physics.solids import Part, Pile, Solid, box, concatenate
 from blockstab.simulation.sensors import Kinect
 
 # A Kinect with a quarter of its pixels: pictures are as wide as they are, and made sooner.
@@ -59,3 +60,9 @@ def scenery(pile: Pile, seed: int, setting: Setting = "table") -> Scenery:
     room = furnish(generator, view, pile, setting)
     caster = RayCaster(concatenate([room, pile]))
     return Scenery(pile, room, view, caster, caster.first_hit(view.center, view.rays()))
+
+
+def pile_of_boxes(boxes: Boxes) -> Pile:
+    """A pile of N boxes, each a solid of one part."""
+    solids = tuple(box(half, "block") for half in boxes.half_extent.tolist())
+    return Pile(solids, boxes.center, boxes.rotation)

@@ -11,9 +11,9 @@ from blockstab.datasets.truth import Truth
 from blockstab.rgbd.cloud import cloud_from_frame
 from blockstab.rgbd.frame import Frame
 from blockstab.simulation.physics.settling import moves
-from blockstab.simulation.physics.solids import pile_of_boxes
 from blockstab.simulation.sensors.kinect import axial_noise
 from blockstab.simulation.simulated import Recipe, simulate_scene
+from tests.simulation.scenery import pile_of_boxes
 
 pytest.importorskip("mujoco", reason="the extra `sim` is not installed")
 

@@ -103,9 +103,3 @@ def box(half_extent: Sequence[float], style: str = "block", density: float = 600
     half = torch.tensor(half_extent, dtype=torch.float64)
     part = Part("box", torch.zeros(3, dtype=torch.float64), torch.eye(3, dtype=torch.float64), half)
     return Solid("box", style, half, (part,), density)
-
-
-def pile_of_boxes(boxes: Boxes, style: str = "block") -> Pile:
-    """A pile of N boxes, each a solid of one part."""
-    solids = tuple(box(half, style) for half in boxes.half_extent.tolist())
-    return Pile(solids, boxes.center, boxes.rotation)

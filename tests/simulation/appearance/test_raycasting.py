@@ -8,8 +8,7 @@ import torch
 
 from blockstab.boxes.box import Boxes
 from blockstab.simulation.appearance.raycasting import NOTHING, RayCaster
-from blockstab.simulation.physics.solids import pile_of_boxes
-from tests.simulation.scenery import of_one_part, standing
+from tests.simulation.scenery import of_one_part, pile_of_boxes, standing
 from tests.tolerance import EXACT
 
 Upright = Callable[[Sequence[tuple[float, ...]]], Boxes]

@@ -9,8 +9,8 @@ import torch
 
 from blockstab.boxes.box import Boxes
 from blockstab.simulation.appearance.viewpoint import Viewpoint, draw_view
-from blockstab.simulation.physics.solids import Pile, pile_of_boxes
-from tests.simulation.scenery import KINECT
+from blockstab.simulation.physics.solids import Pile
+from tests.simulation.scenery import KINECT, pile_of_boxes
 from tests.tolerance import EXACT
 
 Upright = Callable[[Sequence[tuple[float, ...]]], Boxes]
