@@ -32,9 +32,9 @@ class Recipe:
     """Recipe of a set of scenes.
 
     Args:
-        preset: a key of `PRESETS`.
+        preset: a key of `PRESETS`, or the path of a preset of one's own.
         seed: not negative.
-        sensor: a key of `SENSORS`.
+        sensor: a key of `SENSORS`, or the path of a class of one's own.
         variety: from 0, plain colours under one light, to 1, the full range of materials and lights.
 
     Raises:
@@ -53,6 +53,10 @@ class Recipe:
             raise ValueError(f"A seed must not be negative, but is {self.seed}.")
         if not 0.0 <= self.variety <= 1.0:
             raise ValueError(f"Variety must lie between 0 and 1, but is {self.variety}.")
+
+    def scene(self, index: int) -> str:
+        """Name of scene number `index`."""
+        return f"{self.preset.rpartition('.')[2]}_{index:04d}"
 
     def origin(self, index: int) -> dict[str, Any]:
         """Origin of scene number `index`, as its meta.json records it."""
@@ -81,8 +85,7 @@ def simulate_scene(recipe: Recipe, index: int) -> tuple[Frame, Truth]:
         pile, held = _resting_pile(kind, generator)
         view = draw_view(generator, pile, eye, kind.setting)
         room = furnish(generator, view, pile, kind.setting)
-        name = f"{recipe.preset}_{index:04d}"
-        picture = photograph(name, pile, view, room, eye, recipe.variety, generator)
+        picture = photograph(recipe.scene(index), pile, view, room, eye, recipe.variety, generator)
         return picture.frame, _truth(pile, held, view, picture)
 
 

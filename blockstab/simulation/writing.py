@@ -41,7 +41,7 @@ def write_simulated(out: Path, recipe: Recipe, count: int, jobs: int = 1) -> lis
     """
     require_mujoco()
     check_amounts(count, jobs)
-    folders = [Path(out) / f"{recipe.preset}_{index:04d}" for index in range(count)]
+    folders = [Path(out) / recipe.scene(index) for index in range(count)]
     todo = [i for i, folder in enumerate(folders) if not _is_made(folder, recipe.origin(i))]
     Path(out).mkdir(parents=True, exist_ok=True)
     work = [delayed(_write_one)(folders[i], recipe, i) for i in todo]

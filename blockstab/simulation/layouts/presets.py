@@ -12,6 +12,7 @@ from blockstab.simulation.layouts.blocks import arrange_blocks
 from blockstab.simulation.layouts.desk import arrange_desk
 from blockstab.simulation.layouts.grocery import arrange_grocery
 from blockstab.simulation.layouts.objects import arrange_objects
+from blockstab.simulation.naming import named
 from blockstab.simulation.physics.solids import Pile
 
 
@@ -39,11 +40,9 @@ PRESETS: dict[str, Preset] = {
 
 
 def preset(name: str) -> Preset:
-    """The preset of that name.
+    """The preset of that name, or one of one's own that is named as `package.module.NAME`.
 
     Raises:
         ValueError: there is none.
     """
-    if name not in PRESETS:
-        raise ValueError(f"There is no preset {name!r}; choose from: {', '.join(PRESETS)}.")
-    return PRESETS[name]
+    return named("preset", name, PRESETS)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Protocol
 
 import torch
 from torch import Tensor
 
 from blockstab.rgbd.frame import Camera
+from blockstab.simulation.naming import named
 from blockstab.simulation.sensors.ideal import Ideal
 from blockstab.simulation.sensors.kinect import Kinect
 from blockstab.simulation.sensors.realsense import RealSense
@@ -67,13 +67,4 @@ def sensor(name: str) -> Sensor:
     Raises:
         ValueError: there is none.
     """
-    if name in SENSORS:
-        return SENSORS[name]
-    try:
-        module, _, own = name.rpartition(".")
-        made: Sensor = getattr(import_module(module), own)()
-    except (ImportError, AttributeError, ValueError, TypeError) as error:
-        raise ValueError(
-            f"There is no sensor {name!r}; choose from: {', '.join(SENSORS)}, or name a class of your own ({error})."
-        ) from None
-    return made
+    return named("sensor", name, SENSORS)
