@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import torch
 from torch import Tensor
 
 from blockstab.energy import Potential, Rating, asked
+from blockstab.energy.caution import Caution
 from blockstab.features.columns import LONE_COLUMNS, SEGMENT_COLUMNS
 from blockstab.features.description import Described
 from blockstab.features.pairwise import neighbour_pairs
 from blockstab.proposals.search_input import SearchInput
-from blockstab.segments.segmentation import Segment, Segmentation
+from blockstab.scene.types import Scene
 
 CAUTION = 0.1
 TURNING = 0.3
+
+
+def free(scene: Scene) -> float:
+    """No price."""
+    return 0.0
 
 
 @dataclass(frozen=True)
@@ -33,25 +38,16 @@ class ExpectedOverlap:
     Boundaries add `weight` times the mean of their potentials, each by the pixels of its smaller segment: what a
     wrong boundary costs.
 
-    What a search finds good is good in part because it is misjudged, as the winner of an auction pays too much. So
-    every segment that `start` does not have costs `caution` times its pixels: a search leaves its start only for what
-    promises more than that. A thing that is turned into background is lost whole, while background that is taken for
-    a thing costs the score nothing: such a turn must promise more, `turning`.
-
     Args:
         unary, pairwise: the potentials of segments and of boundaries.
         weight: of the boundaries; 0 leaves them out. A 0-d tensor may carry a gradient.
-        caution: the share of a new segment's pixels that it must gain at least.
-        turning: the same of a segment that is told to be background, and was not in the start.
-        start: the segmentation that is left only with caution.
+        price: what is added for leaving the start.
     """
 
     unary: Potential
     pairwise: Potential
     weight: float | Tensor = 0.0
-    caution: float = 0.0
-    turning: float = 0.0
-    start: Segmentation = field(default_factory=lambda: Segmentation(()))
+    price: Callable[[Scene], float] = free
 
     def __call__(self, scenes: Sequence[Described]) -> list[Rating]:
         """Rate scenes."""
@@ -62,27 +58,10 @@ class ExpectedOverlap:
                 one.scene,
                 phi,
                 psi,
-                expected_loss(parts_of(one), phi, psi, self.weight) + self._price(one),
+                expected_loss(parts_of(one), phi, psi, self.weight) + self.price(one.scene),
             )
             for one, phi, psi in zip(scenes, unary, pairwise, strict=True)
         ]
-
-    def _price(self, one: Described) -> float:
-        """The cost of leaving the start: of segments that it does not have, or has on the other side."""
-        segmentation = one.scene.segmentation
-        pixels: list[int] = one.scene.pixel_count.tolist()
-        turned = dict(segmentation.told - self.start.told)
-        price: float = 0.0
-        for s, n in zip(segmentation.segments, pixels, strict=True):
-            if turned.get(s):
-                price += self.turning * n
-            elif s in turned or s not in self._known:
-                price += self.caution * n
-        return price / max(sum(pixels), 1)
-
-    @cached_property
-    def _known(self) -> frozenset[Segment]:
-        return frozenset(self.start.segments)
 
 
 @dataclass(frozen=True)
@@ -169,6 +148,5 @@ def expected_overlap(
     potentials: _Learned, search_input: SearchInput, caution: float = CAUTION, turning: float = TURNING
 ) -> ExpectedOverlap:
     """The energy of an image with learned potentials, which leaves the start of the image with caution."""
-    return ExpectedOverlap(
-        TwoJudges(potentials), potentials.pairwise, potentials.weight, caution, turning, search_input.start
-    )
+    price = Caution(search_input.start, search_input.atoms.pixel_count.tolist(), caution, turning)
+    return ExpectedOverlap(TwoJudges(potentials), potentials.pairwise, potentials.weight, price)

@@ -99,6 +99,12 @@ class SceneBuilder:
         apart = self._apart(rows, pairs)
         return list(map(self._scene, segmentations, islands, rows, pairs, apart))
 
+    def told(self, one: Segmentation) -> Segmentation:
+        """The same segmentation, told of every segment whether it is background."""
+        self.box_cache.rows(list(one.segments))
+        found, _ = self._backgrounds(one)
+        return one.telling(dict(zip(one.segments, found.tolist(), strict=True)))
+
     def in_box(self, segment: Segment) -> AtomsInBox:
         """Places of the atoms of a segment in the box that is fitted to it by itself."""
         if segment not in self._in_box:

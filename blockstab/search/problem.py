@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -43,7 +43,7 @@ class Potentials(Protocol):
 
 
 class EnergyFactory(Protocol):
-    """Makes the energy of one image."""
+    """Makes the energy of one image, of whose start all segments are told to be background or not."""
 
     def __call__(self, potentials: Potentials, search_input: SearchInput, /) -> Energy: ...
 
@@ -139,7 +139,8 @@ def problem_of(
     hierarchy = build_hierarchy(atoms)
     build = SceneBuilder(observation.cloud, search_input.occlusion, observation.ground, atoms, rules)
     describe = Describer(observation, atoms, hierarchy, potentials.background, columns)
+    told = replace(search_input, start=build.told(search_input.start))
     offered = tuple(dict.fromkeys((pool or NoMasks())(search_input)))
     return Problem(
-        search_input, hierarchy, build, describe, energy(potentials, search_input), potentials.alone, offered
+        search_input, hierarchy, build, describe, energy(potentials, told), potentials.alone, offered
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -21,7 +20,6 @@ from blockstab.search import rank
 from blockstab.search.moves.every import EVERY
 from blockstab.search.problem import problem_of
 from blockstab.search.truth import true_segmentation
-from blockstab.segments.segmentation import Segmentation
 from blockstab.testing.photographs import BLOCKS, photograph
 from blockstab.testing.worlds import Block
 from models.potentials.examples import Neutral
@@ -53,30 +51,16 @@ def test_energy_does_not_depend_on_how_many_pieces_the_wrong_part_lies_in():
     assert float(one.energy) == pytest.approx(float(other.energy), abs=EXACT)
 
 
-def test_every_segment_that_the_start_does_not_have_costs_its_share_of_caution():
+def test_a_price_is_added():
     scene = scene_of(*ROW, pixels=[300, 120, 80])
-    segments = scene.segmentation.segments
     one = described(scene, [0.2, 0.3, 0.4])
-    (base,) = ExpectedOverlap(first_column, first_column)([one])
-    for known, new in ((segments, 0), (segments[:2], 80), (segments[1:], 300), ((), 500)):
-        energy = ExpectedOverlap(first_column, first_column, caution=0.1, start=Segmentation(tuple(known)))
-        (rating,) = energy([one])
-        assert float(rating.energy - base.energy) == pytest.approx(0.1 * new / 500, abs=EXACT)
-
-
-def test_a_segment_that_turns_into_background_costs_turning_and_one_that_turns_back_caution():
-    scene = scene_of(*ROW, pixels=[300, 120, 80])
-    start = scene.segmentation
-    turned = replace(scene, segmentation=start.telling({start.segments[1]: True}))
-    costs = {"caution": 0.1, "turning": 0.3}
-    energy = ExpectedOverlap(first_column, first_column, **costs, start=start)
-    same, other = energy([described(one, [0.2, 0.3, 0.4]) for one in (scene, turned)])
-    assert float(other.energy - same.energy) == pytest.approx(0.3 * 120 / 500, abs=EXACT)
-    told = ExpectedOverlap(first_column, first_column, **costs, start=turned.segmentation)
-    back = replace(scene, segmentation=start.telling({start.segments[1]: False}))
-    kept, returned = told([described(one, [0.2, 0.3, 0.4]) for one in (turned, back)])
-    assert float(kept.energy) == pytest.approx(float(same.energy), abs=EXACT)
-    assert float(returned.energy - same.energy) == pytest.approx(0.1 * 120 / 500, abs=EXACT)
+    asked = []
+    (free,), (dear,) = (
+        ExpectedOverlap(first_column, first_column, price=price)([one])
+        for price in (lambda _: 0.0, lambda scene: asked.append(scene) or 0.25)
+    )
+    assert asked == [scene]
+    assert float(dear.energy - free.energy) == pytest.approx(0.25, abs=EXACT)
 
 
 def test_two_judges_are_the_mean_of_what_they_say_of_a_segment():
