@@ -16,7 +16,7 @@ from blockstab.output.batch import Job, parse_all
 from blockstab.parsing.parser import Parser
 from blockstab.proposals.files import SCENE
 from blockstab.rgbd.frame import Camera, read_images, read_scene
-from blockstab.rgbd.noise import noise_from
+from blockstab.rgbd.noise import NOISES
 from models.entry import one_line_errors
 
 app = typer.Typer(
@@ -68,9 +68,9 @@ def parse(
     settings = [word for word in scenes or [] if "=" in word and not Path(word).exists()]
     work = [folder_job(Path(word)) for word in scenes or [] if word not in settings]
     if color is not None or depth is not None:
-        with one_line_errors(_refuse):
-            camera = Camera(fx, fy, cx, cy, noise_from(sensor))
-        work.append(_loose_job(color, depth, camera))
+        if sensor not in NOISES:
+            raise typer.BadParameter(f"--sensor is one of {', '.join(NOISES)}, but it is {sensor!r:.80}")
+        work.append(_loose_job(color, depth, Camera(fx, fy, cx, cy, NOISES[sensor])))
     if not work:
         raise typer.BadParameter("give scene folders, or --color and --depth with --fx --fy --cx --cy")
     if (masks is not None) != (proposals == "files"):
@@ -159,12 +159,12 @@ def _parser(
     groups: dict[str, Any], settings: list[str], values: dict[str, Any], config_dir: Path | None
 ) -> Parser:
     # Whatever is learned, and hydra, is loaded by who asks for a parse.
-    from models.configured import ParserMaker, composed, own_columns
+    from models.configured import composed, parser_maker
 
     chosen = [f"{group}={name}" for group, name in groups.items()]
     with one_line_errors(_refuse):
         cfg = composed("parse", [*chosen, *settings], values, config_dir)
-    return ParserMaker(cfg.heads, own_columns(cfg))(cfg)
+    return parser_maker(cfg)(cfg)
 
 
 def _given(options: dict[str, Any]) -> dict[str, Any]:

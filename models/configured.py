@@ -128,3 +128,8 @@ class ParserMaker:
     def potentials(self, path: str) -> ParsingPotentials:
         """The potentials of a path, or of a shipped name."""
         return parsing_potentials(path, self._heads, self._columns)
+
+
+def parser_maker(cfg: DictConfig) -> ParserMaker:
+    """Makes parsers whose potentials may name the heads and the columns that a configuration adds to ours."""
+    return ParserMaker(cfg.heads, own_columns(cfg))

@@ -138,6 +138,19 @@ def test_loose_files_are_parsed_with_the_camera_given(scene, potentials, tmp_pat
     assert record(tmp_path / "color")["segments"] != first["segments"]
 
 
+def test_loose_files_have_the_noise_of_the_sensor_that_is_named(scene, potentials, tmp_path):
+    loose = ["--color", scene / "color.png", "--depth", scene / "depth.png"]
+    camera = ["--fx", "260", "--fy", "260", "--cx", "95.5", "--cy", "71.5"]
+    common = ["parse", *loose, *camera, "--search", "none", "--potentials", potentials]
+    boxes = {}
+    for sensor in ("kinect", "realsense"):
+        assert run(*common, "--sensor", sensor, "--out", tmp_path / sensor).exit_code == 0
+        boxes[sensor] = [segment["box"] for segment in record(tmp_path / sensor / "color")["segments"]]
+    assert boxes["kinect"] != boxes["realsense"]
+    said = refusal(run(*common, "--sensor", "loud", "--out", tmp_path))
+    assert all(word in said for word in ("--sensor", "kinect", "realsense", "ideal", "loud"))
+
+
 @pytest.mark.parametrize("missing", ["--color", "--depth"])
 def test_half_a_pair_of_loose_files_is_refused(scene, missing):
     given = {"--color": scene / "color.png", "--depth": scene / "depth.png"}

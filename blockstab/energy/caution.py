@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 from blockstab.scene.types import Scene
 from blockstab.segments.segmentation import Segment, Segmentation
@@ -29,7 +30,6 @@ class Caution:
     pixel_count: Sequence[int]
     caution: float
     turning: float
-    _turned: dict[Segment, int] = field(default_factory=dict, repr=False, compare=False)
 
     def __call__(self, scene: Scene) -> float:
         """The price of a scene."""
@@ -46,7 +46,14 @@ class Caution:
     def _newly(self, segment: Segment) -> int:
         """The pixels of a segment that were no background in the start."""
         if segment not in self._turned:
-            before = self.start.background
-            was = frozenset[int]().union(*(s for s in self.start.segments if before.get(s)))
-            self._turned[segment] = sum(self.pixel_count[atom] for atom in segment - was)
+            self._turned[segment] = sum(self.pixel_count[atom] for atom in segment - self._before)
         return self._turned[segment]
+
+    @cached_property
+    def _before(self) -> Segment:
+        """The atoms of the start's background."""
+        return Segment().union(*(s for s, background in self.start.told if background))
+
+    @cached_property
+    def _turned(self) -> dict[Segment, int]:
+        return {}

@@ -67,7 +67,7 @@ class FeatureSet:
     def of(self, kind: str, own: Sequence[SegmentColumns] = ()) -> tuple[str, ...]:
         """The names for one kind of potential: those of lone segments have no choice, one's own are all chosen."""
         if kind == "unary":
-            return (*self.unary, *computed(own)["unary"][len(SEGMENT_COLUMNS) :])
+            return (*self.unary, *(name for part in own for name in part.columns))
         chosen: tuple[str, ...] = {"pairwise": self.pairwise}.get(kind, COLUMNS[kind])
         return chosen
 

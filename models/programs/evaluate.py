@@ -20,7 +20,7 @@ from blockstab.datasets.readable import readable
 from blockstab.datasets.splits import scenes_of
 from blockstab.evaluation.comparison import Comparison, Method
 from blockstab.output.export import write_whole
-from models.configured import CONFIGS, PARTS, ParserMaker, example_maker, made, own_columns, see_own_code
+from models.configured import CONFIGS, PARTS, example_maker, made, parser_maker, see_own_code
 from models.entry import one_line_errors
 from models.gathering import gathered
 from models.potentials.judging import judged
@@ -83,7 +83,7 @@ def courses(cfg: DictConfig) -> RowMaker:
 
 def judges(cfg: DictConfig) -> RowMaker:
     """Rows of the scores of potentials at telling good segments from bad ones."""
-    read = ParserMaker(cfg.heads, own_columns(cfg)).potentials
+    read = parser_maker(cfg).potentials
     potentials = {name: read(path) for name, path in chosen_rows(cfg, cfg.experiment.potentials).items()}
     maker = example_maker(cfg, walks=cfg.experiment.walks, steps=cfg.experiment.steps)
 
@@ -117,7 +117,7 @@ def chosen_rows(cfg: DictConfig, rows: DictConfig) -> dict[str, Any]:
 
 def methods_of(cfg: DictConfig) -> dict[str, Method]:
     """The methods of an experiment, by the names that its table has for them."""
-    maker, methods = ParserMaker(cfg.heads, own_columns(cfg)), {}
+    maker, methods = parser_maker(cfg), {}
     for key, given in chosen_rows(cfg, cfg.experiment.methods).items():
         strange = sorted(set(given) - {*PARTS, "name", "scores"})
         if strange:
