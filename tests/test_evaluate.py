@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 import torch
+from hydra.errors import InstantiationException
 from omegaconf import DictConfig
 
 import evaluate
@@ -150,7 +151,7 @@ def test_a_misspelt_part_of_a_method_stops_the_run(place):
 
 
 def test_a_search_can_be_followed_instead_of_scored(place):
-    first = evaluated(place, "+experiment.shows=courses", "search=greedy")
+    first = evaluated(place, "experiment.shows._target_=models.programs.evaluate.courses", "search=greedy")
     assert set(first) == set()
     rows = results(place)["rows"]
     for row in rows:
@@ -158,7 +159,7 @@ def test_a_search_can_be_followed_instead_of_scored(place):
         assert row["course"]["overlap"]["mean"][-1] == pytest.approx(row["scores"]["overlap"], abs=EXACT)
     files = {file: file.stat().st_mtime_ns for file in (place / "out" / "courses").rglob("course.json")}
     assert len(files) == 4
-    evaluated(place, "+experiment.shows=courses", "search=greedy")
+    evaluated(place, "experiment.shows._target_=models.programs.evaluate.courses", "search=greedy")
     assert files == {file: file.stat().st_mtime_ns for file in files}
 
 
@@ -171,9 +172,10 @@ def test_so_many_rows_are_made_as_are_named(place):
         evaluated(place, "methods=[lables]")
 
 
-def test_an_experiment_shows_what_is_known_to_be_shown(place):
-    with pytest.raises(ValueError, match="No experiment shows 'graphs'; choose from: table, courses, judges"):
-        evaluated(place, "+experiment.shows=graphs")
+def test_a_misspelt_maker_of_rows_stops_the_run(place):
+    with pytest.raises(InstantiationException, match=r"Error locating target '.*evaluate.graphs'"):
+        evaluated(place, "experiment.shows._target_=models.programs.evaluate.graphs")
+    assert not (place / "out").exists()
 
 
 def test_potentials_can_be_asked_about_segments_instead_of_searched_with(place):

@@ -41,11 +41,8 @@ def run(cfg: DictConfig) -> None:
     """Predict, score, and write `results.json`."""
     begin = time.perf_counter()
     data, split, out = made(cfg.data), made(cfg.split), Path(cfg.out)
-    shows = cfg.experiment.get("shows", "table")
-    if shows not in SHOWS:
-        raise ValueError(f"No experiment shows {shows!r}; choose from: {', '.join(SHOWS)}.")
     # All are made before any of them works: a misspelt one stops here, not after hours.
-    prepared = SHOWS[shows](cfg)
+    prepared: RowMaker = made(cfg.experiment.shows)(cfg)
     chosen = scenes_of(data, split, cfg.part, Path(cfg.splits))
     scenes = readable(data, chosen, cfg.strict, cfg.jobs)
     comparison = Comparison(data, scenes, out, cfg.seed, cfg.jobs, cfg.overwrite)
@@ -100,9 +97,6 @@ def judges(cfg: DictConfig) -> RowMaker:
         return judged(potentials, examples, comparison.seed)
 
     return rows
-
-
-SHOWS = {"table": tables, "courses": courses, "judges": judges}
 
 
 def chosen_rows(cfg: DictConfig, rows: DictConfig) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import date
 from functools import partial
@@ -43,7 +44,8 @@ def run(cfg: DictConfig) -> float | None:
     """Choose the scenes, and train; the held-out loss, where images are held out."""
     data = made(cfg.data)
     chosen = scenes_of(data, made(cfg.split), cfg.part, Path(cfg.splits))
-    return TASKS[cfg.task](cfg, data, readable(data, chosen, cfg.strict, cfg.jobs))
+    train: Callable[..., float | None] = made(cfg.task)
+    return train(cfg, data, readable(data, chosen, cfg.strict, cfg.jobs))
 
 
 def train_potentials(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> float:
@@ -123,9 +125,6 @@ def train_boundaries(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> None
     )
     save_boundary(Path(f"{cfg.output}.json"), weights, facts)
     print(f"area under the ROC curve {facts['roc_area']}; weights in {cfg.output}.json")
-
-
-TASKS = {"potentials": train_potentials, "stages": train_stages, "boundary": train_boundaries}
 
 
 def provenance(cfg: DictConfig, images: int) -> dict[str, Any]:
