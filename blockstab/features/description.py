@@ -9,6 +9,7 @@ from itertools import chain
 import torch
 from torch import Tensor
 
+from blockstab.boxes.box import concatenate
 from blockstab.features.appearance.pair_cache import Appearances
 from blockstab.features.box_shape import box_shape
 from blockstab.features.columns import SegmentColumns
@@ -72,14 +73,17 @@ class Describer:
 
     def __call__(self, scenes: Sequence[Scene]) -> list[Described]:
         """Describe scenes; what is new of their segments and boundaries is looked at in one batch."""
-        segments = [s for scene in scenes for s in scene.segmentation.segments]
-        lone = torch.split(self.lone(segments), [len(scene) for scene in scenes])
+        if not scenes:
+            return []
+        segments, sizes = [s for scene in scenes for s in scene.segmentation.segments], list(map(len, scenes))
+        lone = torch.split(self.lone(segments), sizes)
+        shape = torch.split(self._shape(scenes), sizes)
         self._things(segments)
         pairs = [pairs_of(scene) for scene in scenes]
         looks = torch.split(self._appearances(list(chain(*pairs))), [len(some) for some in pairs])
         return [
-            Described(scene, self._unary(scene, rows), pairwise_features(scene, look), self.lost(scene))
-            for scene, rows, look in zip(scenes, lone, looks, strict=True)
+            Described(scene, self._unary(scene, *rows), pairwise_features(scene, look), self.lost(scene))
+            for scene, look, *rows in zip(scenes, looks, shape, lone, strict=True)
         ]
 
     def lone(self, segments: Sequence[Segment]) -> Tensor:
@@ -92,10 +96,12 @@ class Describer:
             self._row.update(zip(new, range(start, start + len(new)), strict=True))
         return self._rows[torch.tensor([self._row[s] for s in segments], dtype=torch.int64)]
 
-    def _unary(self, scene: Scene, lone: Tensor) -> Tensor:
-        shape = box_shape(
-            scene.boxes, scene.pixel_count, self._observation.frame.camera, self._observation.ground
-        )
+    def _shape(self, scenes: Sequence[Scene]) -> Tensor:
+        """`box_shape` of all their boxes, one after the other."""
+        boxes, pixels = concatenate([one.boxes for one in scenes]), torch.cat([s.pixel_count for s in scenes])
+        return box_shape(boxes, pixels, self._observation.frame.camera, self._observation.ground)
+
+    def _unary(self, scene: Scene, shape: Tensor, lone: Tensor) -> Tensor:
         own = [part(self._observation, self._atoms, scene).double() for part in self._own]
         return torch.cat([unary_features(scene), shape, lone, *own], dim=1)
 

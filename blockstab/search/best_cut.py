@@ -38,7 +38,7 @@ def _best_parts(problem: Problem, free: Segment) -> list[Segment]:
     """The parts of the best cut of what the hierarchy's nodes have among some atoms."""
     found = [node & free for node in nodes(problem.hierarchy)]
     some = [node for node in dict.fromkeys(found) if node]
-    loss = {frozenset(): 0.0, **dict(zip(some, problem.lone(some).tolist(), strict=True))}
+    loss = {frozenset(): 0.0, **dict(zip(some, problem.losses(some), strict=True))}
     hierarchy, count = problem.hierarchy, len(problem.hierarchy.borders)
     best = {atom: (loss[part], [part] if part else []) for atom, part in enumerate(found[:count])}
     merges = zip(hierarchy.first.tolist(), hierarchy.second.tolist(), found[count:], strict=True)

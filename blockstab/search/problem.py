@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol, TypeVar
 
 import torch
 from torch import Tensor
@@ -19,6 +19,8 @@ from blockstab.scene.builder import SceneBuilder
 from blockstab.scene.inference import Rules
 from blockstab.segments.hierarchy import Hierarchy, build_hierarchy, nodes, split
 from blockstab.segments.segmentation import Segment, Segmentation
+
+Made = TypeVar("Made")
 
 MIN_SEGMENT_PX = 60  # no move leaves a smaller part: so few points say little about a box
 
@@ -74,20 +76,39 @@ class Problem:
         """Understand, describe and rate; what is new is worked out in one batch."""
         return self.energy(self.describe(self.build(segmentations)))
 
-    def lone(self, segments: Sequence[Segment]) -> Tensor:
-        """(S,) float64 pixels that segments are expected to lose, judged by themselves; all of too small ones."""
-        size = torch.tensor([self.pixel_count(s) for s in segments], dtype=torch.float64)
-        known = self._lone
+    def losses(self, segments: Sequence[Segment]) -> list[float]:
+        """Pixels that segments are expected to lose, judged by themselves; all of too small ones."""
+        known = self._losses
         new = list(dict.fromkeys(s for s in segments if s not in known))
-        if new:
-            loss = self.alone(self.describe.lone(new)).detach().clamp(0.0, 1.0)
-            known.update(zip(new, loss.tolist(), strict=True))
-        share = torch.tensor([known[s] for s in segments], dtype=torch.float64)
-        return size * torch.where(size >= MIN_SEGMENT_PX, share, 1.0)
+        large = [s for s in new if self.pixel_count(s) >= MIN_SEGMENT_PX]
+        known.update((s, float(self.pixel_count(s))) for s in new)
+        if large:
+            share = self.alone(self.describe.lone(large)).detach().clamp(0.0, 1.0)
+            known.update((s, known[s] * part) for s, part in zip(large, share.tolist(), strict=True))
+        return [known[s] for s in segments]
 
     def pixel_count(self, segment: Segment) -> int:
         """Pixel count of a segment."""
-        return sum(self._atom_pixels[atom] for atom in segment)
+        if segment not in self._pixels:
+            self._pixels[segment] = sum(map(self._atom_pixels.__getitem__, segment))
+        return self._pixels[segment]
+
+    def nodes_in(self, segment: Segment) -> tuple[tuple[Segment, Segment], ...]:
+        """Every node of the hierarchy that is a proper part of a segment, and the rest, where it is large enough."""
+        if segment not in self._nodes_in:
+            found = ((node, segment - node) for node in self.nodes if node < segment)
+            self._nodes_in[segment] = tuple(
+                (node, rest) for node, rest in found if self.pixel_count(rest) >= MIN_SEGMENT_PX
+            )
+        return self._nodes_in[segment]
+
+    def masks_in(self, segment: Segment) -> Mapping[Segment, Segment]:
+        """Every mask of the pool that cuts a segment, with what is left of the segment without it."""
+        if segment not in self._masks_in:
+            self._masks_in[segment] = {
+                mask: segment - mask for mask in self.masks if not mask.isdisjoint(segment)
+            }
+        return self._masks_in[segment]
 
     def split(self, segment: Segment) -> tuple[Segment, Segment] | None:
         """The two parts that a segment falls into first; None where one would be too small."""
@@ -96,6 +117,17 @@ class Problem:
             large = parts is not None and min(map(self.pixel_count, parts)) >= MIN_SEGMENT_PX
             self._splits[segment] = parts if large else None
         return self._splits[segment]
+
+    def once(self, key: Hashable, make: Callable[[], Made]) -> Made:
+        """What a move finds out about a thing, such as its own parts of a segment; made when first asked for.
+
+        Args:
+            key: whose, and about what.
+        """
+        if key not in self._made:
+            self._made[key] = make()
+        made: Made = self._made[key]
+        return made
 
     @cached_property
     def nodes(self) -> tuple[Segment, ...]:
@@ -118,7 +150,23 @@ class Problem:
         return [int(n) for n in self.search_input.atoms.pixel_count]
 
     @cached_property
-    def _lone(self) -> dict[Segment, float]:
+    def _pixels(self) -> dict[Segment, int]:
+        return {}
+
+    @cached_property
+    def _losses(self) -> dict[Segment, float]:
+        return {}
+
+    @cached_property
+    def _made(self) -> dict[Hashable, Any]:
+        return {}
+
+    @cached_property
+    def _nodes_in(self) -> dict[Segment, tuple[tuple[Segment, Segment], ...]]:
+        return {}
+
+    @cached_property
+    def _masks_in(self) -> dict[Segment, dict[Segment, Segment]]:
         return {}
 
     @cached_property

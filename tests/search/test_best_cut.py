@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from itertools import chain, product
 
@@ -45,7 +46,7 @@ def made_from(problem: Problem) -> tuple[list[Segment], dict[Segment, tuple[Segm
 
 
 def loss(problem: Problem, segments: frozenset[Segment]) -> float:
-    return float(problem.lone(sorted(segments, key=min)).sum())
+    return math.fsum(problem.losses(list(segments)))
 
 
 def all_cuts(problem: Problem, free: Segment) -> set[frozenset[Segment]]:
@@ -119,4 +120,4 @@ def test_too_small_a_part_loses_all_of_itself():
     problem = watched(SMALL).problem
     small = [s for s in nodes(problem.hierarchy) if problem.pixel_count(s) < MIN_SEGMENT_PX]
     assert small
-    assert problem.lone(small).tolist() == [problem.pixel_count(s) for s in small]
+    assert problem.losses(small) == [problem.pixel_count(s) for s in small]

@@ -10,7 +10,7 @@ import torch
 from blockstab.energy import Rating
 from blockstab.search.moves.drawing import Change, most_promising
 from blockstab.search.problem import Problem
-from blockstab.segments.segmentation import Segmentation
+from blockstab.segments.segmentation import Segment, Segmentation
 
 
 @dataclass(frozen=True)
@@ -25,11 +25,15 @@ class Carve:
         objects = {
             s for s, apart in zip(now.segments, rating.scene.background.tolist(), strict=True) if not apart
         }
+        cut = dict[Segment, list[tuple[Segment, Segment]]]()
+        for segment in now.segments:
+            for mask, left in problem.masks_in(segment).items():
+                cut.setdefault(mask, []).append((segment, left))
         changes = []
         for mask in problem.masks:
-            if mask in objects:
-                continue
-            gone = tuple(s for s in now.segments if not mask.isdisjoint(s))
-            left = tuple(s - mask for s in gone if s - mask)
-            changes.append(Change(gone, (mask, *left), partial(now.carve, mask), frozenset({mask})))
+            if mask not in objects:
+                cuts = cut.get(mask, ())
+                new = (mask, *(left for _, left in cuts if left))
+                gone = tuple(segment for segment, _ in cuts)
+                changes.append(Change(gone, new, partial(now.carve, mask), frozenset({mask})))
         return most_promising(changes, rating, problem, count, generator)

@@ -10,7 +10,7 @@ import torch
 
 from blockstab.energy import Rating
 from blockstab.search.moves.drawing import Change, most_promising
-from blockstab.search.problem import MIN_SEGMENT_PX, Problem
+from blockstab.search.problem import Problem
 from blockstab.segments.segmentation import Segment, Segmentation
 
 
@@ -24,8 +24,8 @@ class Cut:
         """At most `count` cuts, drawn by what they promise."""
         now = rating.scene.segmentation
         changes = [
-            Change((whole,), (node, whole - node), partial(now.replace, i, (node, whole - node)))
-            for i, whole, node in inner_nodes(rating, problem)
+            Change((whole,), parts, partial(now.replace, i, parts))
+            for i, whole, parts in inner_nodes(rating, problem)
         ]
         return most_promising(changes, rating, problem, count, generator)
 
@@ -46,12 +46,12 @@ class Transfer:
             for atom in s
         }
         changes = []
-        for i, whole, node in inner_nodes(rating, problem):
+        for i, whole, (node, rest) in inner_nodes(rating, problem):
             beside = {owner[b] for a in node for b in touching[a] if b in owner} - {i}
             for j in sorted(beside):
                 other = now.segments[j]
                 result = partial(_handed, now, i, j, node)
-                changes.append(Change((whole, other), (whole - node, other | node), result))
+                changes.append(Change((whole, other), (rest, other | node), result))
         return most_promising(changes, rating, problem, count, generator)
 
 
@@ -62,14 +62,9 @@ def _handed(now: Segmentation, i: int, j: int, node: Segment) -> Segmentation:
     return cut.merge(cut.segments.index(node), cut.segments.index(other))
 
 
-def inner_nodes(rating: Rating, problem: Problem) -> Iterator[tuple[int, Segment, Segment]]:
-    """Every node of the hierarchy that is a proper part of an object and leaves enough of it: index, object, node."""
-    segmentation = rating.scene.segmentation
-    for i, (whole, apart) in enumerate(
-        zip(segmentation.segments, rating.scene.background.tolist(), strict=True)
-    ):
-        if not apart and len(whole) > 1:
-            pixels = problem.pixel_count(whole)
-            for node in problem.nodes:
-                if node < whole and pixels - problem.pixel_count(node) >= MIN_SEGMENT_PX:
-                    yield i, whole, node
+def inner_nodes(rating: Rating, problem: Problem) -> Iterator[tuple[int, Segment, tuple[Segment, Segment]]]:
+    """Every way to part an object into a node of the hierarchy and the rest: index, object, its two parts."""
+    segments = rating.scene.segmentation.segments
+    for i, (whole, apart) in enumerate(zip(segments, rating.scene.background.tolist(), strict=True)):
+        if not apart:
+            yield from ((i, whole, parts) for parts in problem.nodes_in(whole))

@@ -58,7 +58,7 @@ def most_promising(
         return []
     before = _losses(rating, problem)
     new = list(dict.fromkeys(segment for change in changes for segment in change.new))
-    after = dict(zip(new, problem.lone(new).tolist(), strict=True))
+    after = dict(zip(new, problem.losses(new), strict=True))
     gain = torch.tensor(
         [sum(before[s] for s in c.gone) - sum(after[s] for s in c.new) for c in changes], dtype=torch.float64
     ).round(decimals=6)
@@ -73,6 +73,6 @@ def _losses(rating: Rating, problem: Problem) -> dict[Segment, float]:
     """Pixels that each segment of a scene is expected to lose, by itself; background loses the things in it."""
     scene = rating.scene
     segments = scene.segmentation.segments
-    alone = problem.lone(segments)
+    alone = torch.tensor(problem.losses(segments), dtype=torch.float64)
     lost = problem.describe.lost(scene) * scene.pixel_count
     return dict(zip(segments, torch.where(scene.background, lost, alone).tolist(), strict=True))

@@ -14,7 +14,7 @@ from blockstab.energy import Rating
 from blockstab.scene.builder import AtomsInBox
 from blockstab.search.moves.drawing import Change, most_promising
 from blockstab.search.problem import MIN_SEGMENT_PX, Problem
-from blockstab.segments.segmentation import Segmentation
+from blockstab.segments.segmentation import Segment, Segmentation
 
 
 @dataclass(frozen=True)
@@ -41,16 +41,21 @@ class Unexplained:
         for i, (whole, apart) in enumerate(zip(now.segments, scene.background.tolist(), strict=True)):
             if apart or len(whole) < 2:
                 continue
-            seen = problem.build.in_box(whole)
-            reach = (self.steps * seen.step).clamp(min=self.least_m)
-            for off in (seen.far > reach, *_beyond_inner_faces(seen, reach)):
-                part = frozenset(
-                    atom for atom, outside in zip(seen.atoms, off.tolist(), strict=True) if outside
-                )
-                parts = (part, whole - part)
-                if min(problem.pixel_count(p) for p in parts) >= MIN_SEGMENT_PX:
-                    changes.append(Change((whole,), parts, partial(now.replace, i, parts)))
+            for parts in problem.once((self, whole), partial(self._partings, whole, problem)):
+                changes.append(Change((whole,), parts, partial(now.replace, i, parts)))
         return most_promising(changes, rating, problem, count, generator)
+
+    def _partings(self, whole: Segment, problem: Problem) -> list[tuple[Segment, Segment]]:
+        """What a box does not explain of its segment, and the rest, wherever both are large enough."""
+        seen = problem.build.in_box(whole)
+        reach = (self.steps * seen.step).clamp(min=self.least_m)
+        found = []
+        for off in (seen.far > reach, *_beyond_inner_faces(seen, reach)):
+            part = frozenset(atom for atom, outside in zip(seen.atoms, off.tolist(), strict=True) if outside)
+            parts = (part, whole - part)
+            if min(map(problem.pixel_count, parts)) >= MIN_SEGMENT_PX:
+                found.append(parts)
+        return found
 
 
 def _beyond_inner_faces(seen: AtomsInBox, reach: Tensor) -> Iterator[Tensor]:
