@@ -17,8 +17,8 @@ def _directions(angle_deg: Tensor) -> Tensor:
 
 
 # Tables, because torch rounds sines by the place of a number in the batch.
-_COARSE = _directions(torch.arange(0.0, 90.0, _COARSE_DEG, dtype=torch.float64))
-_FINE = _directions(torch.arange(-_COARSE_DEG, _COARSE_DEG + 1e-9, _FINE_DEG, dtype=torch.float64))
+COARSE = _directions(torch.arange(0.0, 90.0, _COARSE_DEG, dtype=torch.float64))
+FINE = _directions(torch.arange(-_COARSE_DEG, _COARSE_DEG + 1e-9, _FINE_DEG, dtype=torch.float64))
 
 
 def enclose(
@@ -75,9 +75,9 @@ def flat_frame(points: Tensor, present: Tensor, plane: Plane, flat: Tensor, outl
     u, v = plane_basis(normal)
     seen = (points[:, None] * torch.stack([u, v], dim=1)[:, :, None]).sum(dim=-1)  # (N, 2, J)
     rank = (outlier_share / 4 * present.sum(dim=1)).long()
-    best = _smallest(seen, present, rank, _COARSE.expand(points.shape[0], -1, -1))
+    best = _smallest(seen, present, rank, COARSE.expand(points.shape[0], -1, -1))
     cos, sin = best[:, None].unbind(dim=-1)
-    turned = [cos * _FINE[:, 0] - sin * _FINE[:, 1], sin * _FINE[:, 0] + cos * _FINE[:, 1]]
+    turned = [cos * FINE[:, 0] - sin * FINE[:, 1], sin * FINE[:, 0] + cos * FINE[:, 1]]
     best = _smallest(seen, present, rank, torch.stack(turned, dim=-1))
     side = best[:, :1] * u + best[:, 1:] * v
     return torch.stack([normal, side, torch.linalg.cross(normal, side)], dim=-1)

@@ -8,12 +8,9 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes, concatenate
-from blockstab.boxes.extent import enclose, flat_frame, surface_distance
-from blockstab.boxes.plane_fits import first_plane, fixed_plane, perpendicular_plane, refine
+from blockstab.boxes.extent import surface_distance
 from blockstab.boxes.sampling import uniform
 from blockstab.boxes.visibility import visible_share
-
-_BATCH = 16  # segments fitted at a time: small enough that one batch stays in the cache
 
 
 @dataclass(frozen=True)
@@ -83,8 +80,8 @@ class Fits:
 def judged(boxes: Boxes, points: Tensor, present: Tensor) -> Fits:
     """Say how well given boxes fit points (N, P, 3), of which those `present` (N, P) count."""
     distance = surface_distance(boxes.local(points), boxes.half_extent[:, None])
-    mean = _masked_mean(distance[..., None], present)[:, 0]
-    variance = _masked_mean((distance - mean[:, None]).square()[..., None], present)[:, 0]
+    mean = masked_mean(distance[..., None], present)[:, 0]
+    variance = masked_mean((distance - mean[:, None]).square()[..., None], present)[:, 0]
     return Fits(boxes, mean, variance, visible_share(boxes, points, present))
 
 
@@ -121,18 +118,34 @@ class MinimumSurface:
         Args:
             points: (N, P, 3) metres from the camera, in random order; rows past `count` are ignored.
             count: (N,) int64 points of each set, at least 1.
-            seed: (N,) int64; the same seed and points give the same box, within 1e-9 whatever else is in the batch.
+            seed: (N,) int64; the same seed and points give the same box, to the bit, whatever else is in the batch.
             axis: (N, 3) unit vectors; where given, the first plane's normal is this one (the paper's Supp-surf).
         """
-        _check(points, count)
-        fits = Fits.none()
-        for start in range(0, len(points), _BATCH):
-            rows = torch.arange(start, min(start + _BATCH, len(points)))
-            fits = fits.extended(_fit_rows(rows, points, count, seed, self, axis))
-        return fits
+        # Importing numba takes half a second, and most of the package does without it.
+        from blockstab.boxes.compiled.fits import Constants, fitted
+
+        check(points, count)
+        constants = Constants(
+            self.judged_points, self.outlier_share, self.tolerance.floor_m, self.tolerance.per_square_m
+        )
+        given = (points, count, self.draws(seed, axis is not None))
+        axes = None if axis is None else axis.contiguous().numpy()
+        found = fitted(*(values.contiguous().numpy() for values in given), axes, constants)
+        center, rotation, half, *fit = map(torch.from_numpy, found)
+        return Fits(Boxes(center, rotation, half), *fit)
+
+    def draws(self, seed: Tensor, follow: bool) -> Tensor:
+        """The uniform numbers, (N, restarts, samples, 5), that choose the samples of sets with these seeds (N,).
+
+        Args:
+            follow: an axis is given.
+        """
+        numbers = uniform(seed, self.restarts * self.samples * 5, stream=int(follow))
+        return numbers.view(len(seed), self.restarts, self.samples, 5)
 
 
-def _check(points: Tensor, count: Tensor) -> None:
+def check(points: Tensor, count: Tensor) -> None:
+    """Raises ValueError where sets of points (N, P, 3) and their counts (N,) do not fit together."""
     if points.ndim != 3 or points.shape[2] != 3 or count.shape != points.shape[:1]:
         raise ValueError(
             "Box fitting needs points (N, P, 3) and counts (N,), "
@@ -146,67 +159,7 @@ def _check(points: Tensor, count: Tensor) -> None:
         )
 
 
-def _fit_rows(
-    rows: Tensor, points: Tensor, count: Tensor, seed: Tensor, settings: MinimumSurface, axis: Tensor | None
-) -> Fits:
-    # One set alone would take other matrix kernels, which round otherwise; of few points, or of points exactly on
-    # a plane, the best restart hangs on the last bit, and another one may give quite another box.
-    pair = rows.expand(2) if len(rows) == 1 else rows
-    fits = _fit_batch(points[pair], count[pair], seed[pair], settings, None if axis is None else axis[pair])
-    return fits[torch.arange(len(rows))]
-
-
-def _fit_batch(
-    points: Tensor, count: Tensor, seed: Tensor, settings: MinimumSurface, axis: Tensor | None
-) -> Fits:
-    origin = _masked_mean(points, _present(points, count))
-    tolerance = settings.tolerance.at(points)
-    points = points - origin[:, None]
-    few = min(settings.judged_points, points.shape[1])
-    rotation = _choose(
-        points[:, :few], count.clamp(max=few), tolerance[:, :few], seed, settings, origin, axis
-    )
-    present = _present(points, count)
-    rotation = refine(rotation, points, present, tolerance, axis)
-    center, half = enclose(points, present, rotation[:, None], settings.outlier_share, origin)
-    boxes = Boxes(center[:, 0] + origin, rotation, half[:, 0])
-    return judged(boxes, points + origin[:, None], present)
-
-
-def _choose(
-    points: Tensor,
-    count: Tensor,
-    tolerance: Tensor,
-    seed: Tensor,
-    settings: MinimumSurface,
-    away: Tensor,
-    axis: Tensor | None,
-) -> Tensor:
-    """The rotation of the best restart, (N, 3, 3): least sum of distances to the box surface."""
-    n, r, s = points.shape[0], settings.restarts, settings.samples
-    present = _present(points, count)
-    draws = uniform(seed, r * s * 5, stream=0 if axis is None else 1).view(n, r, s, 5)
-    if axis is None:
-        plane = first_plane(points, present, count, tolerance, draws[..., :3])
-    else:
-        plane = fixed_plane(points, present, count, tolerance, draws[..., 0], axis)
-    second, flat = perpendicular_plane(points, present, tolerance, plane, draws[..., 3:])
-    rotation = torch.stack([plane.normal, second, torch.linalg.cross(plane.normal, second)], dim=-1)
-    if bool(flat.any()):
-        face = flat_frame(points, present, plane, flat, settings.outlier_share)
-        rotation = torch.where(flat[..., None, None], face[:, None], rotation)
-    center, half = enclose(points, present, rotation, settings.outlier_share, away)
-    local = points[:, None] @ rotation - (center[:, :, None] @ rotation)
-    distance = surface_distance(local, half[:, :, None])
-    best = (distance * present[:, None]).sum(dim=-1).argmin(dim=1)
-    return rotation[torch.arange(n), best]
-
-
-def _present(points: Tensor, count: Tensor) -> Tensor:
-    return torch.arange(points.shape[1], device=points.device) < count[:, None]
-
-
-def _masked_mean(values: Tensor, present: Tensor) -> Tensor:
+def masked_mean(values: Tensor, present: Tensor) -> Tensor:
     """Mean over the points that are present: (N, P, D) and (N, P) to (N, D)."""
     weight = present.to(values.dtype)[..., None]
     return (values * weight).sum(dim=1) / weight.sum(dim=1)

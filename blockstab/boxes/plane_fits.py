@@ -8,9 +8,12 @@ import torch
 from torch import Tensor
 
 # A sample whose points coincide or lie on a line spans no plane; its zero normal would win every vote.
-_DEGENERATE = 1e-9
-_FLAT_SHARE, _FLAT_POINTS = 0.05, 10  # fewer points than this off the first plane cannot carry a second one
-_REFINE_STEPS = 4
+DEGENERATE = 1e-9
+FLAT_SHARE, FLAT_POINTS = 0.05, 10  # fewer points than this off the first plane cannot carry a second one
+REFINE_STEPS = 4
+RIDGE = 1e-3  # of all that points say about a turn: what they do not determine is left as it is
+BORDER_SHARE = 0.01  # of the points lie beyond a face, as far as one looks for those that lie on it
+ON_FACE = 1.5  # tolerances within which a point lies on its face
 
 
 class Plane(NamedTuple):
@@ -38,10 +41,10 @@ def first_plane(points: Tensor, present: Tensor, count: Tensor, tolerance: Tenso
     a, b, c = _take(points, index).view(n, r, s, 3, 3).unbind(dim=3)
     normal = torch.linalg.cross(b - a, c - a)
     length = normal.norm(dim=-1, keepdim=True)
-    normal = normal / length.clamp(min=_DEGENERATE)
+    normal = normal / length.clamp(min=DEGENERATE)
     offset = (normal * a).sum(dim=-1)
     inside = _within(points, present, tolerance, normal.flatten(1, 2), offset.flatten(1, 2)).view(n, r, s, -1)
-    votes = inside.sum(dim=-1).masked_fill(length[..., 0] < _DEGENERATE, -1)
+    votes = inside.sum(dim=-1).masked_fill(length[..., 0] < DEGENERATE, -1)
     chosen = votes.argmax(dim=2)
     weight = inside.gather(2, chosen[..., None, None].expand(-1, -1, 1, inside.shape[-1]))[:, :, 0]
     # Where every sample of a restart was degenerate, all points vote: the plane of least squares.
@@ -80,7 +83,7 @@ def perpendicular_plane(
     n, r, s, _ = draws.shape
     outside = present[:, None] & ~_within(points, present, tolerance, plane.normal, plane.offset)
     left = outside.sum(dim=-1)
-    flat = left < (_FLAT_SHARE * present.sum(dim=1)).clamp(min=_FLAT_POINTS)[:, None]
+    flat = left < (FLAT_SHARE * present.sum(dim=1)).clamp(min=FLAT_POINTS)[:, None]
     u, v = plane_basis(plane.normal)
     flat_map = torch.stack([u, v], dim=-1)  # (N, R, 3, 2)
     seen = points[:, None] @ flat_map  # (N, R, J, 2)
@@ -89,10 +92,10 @@ def perpendicular_plane(
     a, b = seen.gather(2, index[..., None].expand(-1, -1, -1, 2)).view(n, r, s, 2, 2).unbind(dim=3)
     along = b - a
     length = along.norm(dim=-1, keepdim=True)
-    across = torch.stack([-along[..., 1], along[..., 0]], dim=-1) / length.clamp(min=_DEGENERATE)
+    across = torch.stack([-along[..., 1], along[..., 0]], dim=-1) / length.clamp(min=DEGENERATE)
     distance = (across @ seen.transpose(2, 3) - (across * a).sum(dim=-1, keepdim=True)).abs()
     inside = (distance < tolerance[:, None, None]) & outside[:, :, None]
-    votes = inside.sum(dim=-1).masked_fill(length[..., 0] < _DEGENERATE, -1)
+    votes = inside.sum(dim=-1).masked_fill(length[..., 0] < DEGENERATE, -1)
     chosen = votes.argmax(dim=2)
     weight = inside.gather(2, chosen[..., None, None].expand(-1, -1, 1, inside.shape[-1]))[:, :, 0]
     side = _line_normal(seen, weight.to(points.dtype))
@@ -113,7 +116,7 @@ def refine(
         rotation: (N, 3, 3) columns are axes; points: (N, P, 3); tolerance: (N, P); axis: (N, 3) or None.
     """
     columns = points.transpose(1, 2).contiguous()  # (N, 3, P): along memory everything below is a sweep
-    for _ in range(_REFINE_STEPS):
+    for _ in range(REFINE_STEPS):
         local = (points @ rotation).transpose(1, 2).contiguous()
         face, inside = _nearest_faces(local, present, tolerance)  # (N, P), (N, P)
         weight = inside.to(points.dtype)[:, None]
@@ -127,7 +130,7 @@ def refine(
         if axis is not None:
             lever = (lever * axis[..., None]).sum(dim=1, keepdim=True) * axis[..., None]
         matrix = _totals(lever, lever)
-        ridge = 1e-3 * matrix.diagonal(dim1=1, dim2=2).sum(dim=1).clamp(min=1e-12)
+        ridge = RIDGE * matrix.diagonal(dim1=1, dim2=2).sum(dim=1).clamp(min=1e-12)
         matrix = matrix + ridge[:, None, None] * torch.eye(3, dtype=points.dtype)
         turn = -torch.linalg.solve(matrix, (lever * residual).transpose(1, 2).contiguous().sum(dim=1))
         rotation = _turned(rotation, turn)
@@ -145,12 +148,12 @@ def _nearest_faces(local: Tensor, present: Tensor, tolerance: Tensor) -> tuple[T
     high = -_robust_border(-local, present)
     distance = torch.stack([(high - local).abs(), (local - low).abs()], dim=2).flatten(1, 2)
     nearest = distance.min(dim=1)
-    return nearest.indices, (nearest.values < 1.5 * tolerance) & present
+    return nearest.indices, (nearest.values < ON_FACE * tolerance) & present
 
 
 def _robust_border(values: Tensor, present: Tensor) -> Tensor:
     """The end of the lowest 1 % of each coordinate: (N, 3, P) to (N, 3, 1)."""
-    rank = (0.01 * present.sum(dim=1)).long()
+    rank = (BORDER_SHARE * present.sum(dim=1)).long()
     ordered = values.masked_fill(~present[:, None], float("inf"))
     lowest = ordered.topk(int(rank.max()) + 1, dim=2, largest=False).values
     return lowest.gather(2, rank[:, None, None].expand(-1, 3, 1))

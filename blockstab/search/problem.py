@@ -7,9 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol, TypeVar
 
-import torch
-from torch import Tensor
-
 from blockstab.energy import Energy, Potential, Rating
 from blockstab.features.columns import SegmentColumns
 from blockstab.features.description import Describer

@@ -9,10 +9,8 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.boxes.separation import Separation
 from blockstab.stability.balance import Balance, balance
-from blockstab.stability.relating import related
-from blockstab.stability.support import SupportRules, Supports
+from blockstab.stability.support import Supports
 
 
 class Verdicts(NamedTuple):
@@ -69,13 +67,3 @@ class EverySupport:
     def __call__(self, boxes: Boxes, movable: Tensor, candidates: Supports, slack: Tensor) -> Verdicts:
         """All candidates, and `balance` on them."""
         return Verdicts(candidates, balance(boxes, movable, candidates, slack))
-
-
-def warm_up() -> None:
-    """Relate and judge one box, so that the machine code is there when it is wanted."""
-    center = torch.tensor([[0.0, 0.1, 1.0]], dtype=torch.float64)
-    box = Boxes(center, torch.eye(3, dtype=torch.float64)[None], torch.full_like(center, 0.1))
-    none, zero, true = torch.empty(0, dtype=torch.long), center.new_zeros(1), torch.tensor([True])
-    apart = Separation(center.new_empty(0), center.new_empty(0, 3))
-    candidates = related(box, (none, none), apart, zero, true, ~true, SupportRules())
-    TrimmedSupports()(box, true, candidates, zero)

@@ -8,7 +8,7 @@ import torch
 from blockstab.boxes.box import concatenate
 from blockstab.boxes.separation import Separation, separation
 from blockstab.stability.balance import Balance, balance
-from blockstab.stability.judges import EverySupport, StabilityJudge, TrimmedSupports, warm_up
+from blockstab.stability.judges import EverySupport, StabilityJudge, TrimmedSupports
 from blockstab.stability.relating import related
 from blockstab.stability.support import SupportRules, Supports, candidate_supports
 from blockstab.stability.trimming import trim
@@ -136,7 +136,3 @@ def test_a_pile_is_judged_alone_as_beside_others_to_the_bit(kind, generator):
         assert torch.equal(
             getattr(beside[2], field)[:n].nan_to_num(-9), getattr(alone[2], field).nan_to_num(-9)
         )
-
-
-def test_warming_up_needs_nothing_but_the_package():
-    warm_up()
