@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import minimum_spanning_tree
 from torch import Tensor
 
 from blockstab.features.borders import BORDER_CUES, AtomBorders
@@ -19,7 +18,7 @@ from blockstab.segments.hierarchy import Hierarchy, joined_at
 
 QUANTILES = (0.1, 0.25, 0.5)
 WEAK = 0.3  # a boundary of less strength hardly parts two things
-_BLOCK = 256  # segments measured at a time: (segments, borders) tables stay small
+_SHARES = np.array([0.0, *QUANTILES])
 
 
 @dataclass(frozen=True)
@@ -99,110 +98,52 @@ class Contours:
 
     def __init__(self, observation: Observation, atoms: Atoms, hierarchy: Hierarchy) -> None:
         """Measure the borders of all atoms once."""
-        self._atoms = atoms
-        self._borders = AtomBorders.of(observation, atoms)
-        self._joined = joined_at(hierarchy, atoms.first, atoms.second)
+        from blockstab.features.compiled.members import borders_of
+        from blockstab.features.compiled.outlines import Graph
+
+        found, order = AtomBorders.of(observation, atoms), atoms.strength.argsort(stable=True)
+        self._borders = borders_of(atoms)
+        self._graph = Graph(
+            atoms.strength.numpy(),
+            order.argsort().numpy(),
+            order.numpy(),
+            joined_at(hierarchy, atoms.first, atoms.second).numpy(),
+            found.cues.numpy(),
+            found.front.numpy(),
+        )
+        self._of_atoms = torch.cat([atoms.pixel_count.double()[:, None], found.open], dim=1).numpy()
 
     def __call__(self, segments: Sequence[frozenset[int]]) -> Tensor:
         """Columns of S segments, (S, C) float64, in the order of `CONTOUR_COLUMNS`."""
-        blocks = [segments[i : i + _BLOCK] for i in range(0, len(segments), _BLOCK)]
-        rows = [columns_of(_FORMULAS, self._measured(block)) for block in blocks]
-        return torch.cat(rows) if rows else torch.empty(0, len(CONTOUR_COLUMNS), dtype=torch.float64)
+        # Importing numba takes half a second, and most of the package does without it.
+        from blockstab.features.compiled.members import members_of, sums
+        from blockstab.features.compiled.outlines import Outlines, outlines
 
-    def _measured(self, segments: Sequence[frozenset[int]]) -> _Measured:
-        atoms, borders = self._atoms, self._borders
-        inside = membership(segments, len(atoms))
-        one, other = inside[:, atoms.first], inside[:, atoms.second]
-        outline, interior = one ^ other, one & other
-        held = inside.double()
-        blank, rim = (held @ borders.open).unbind(dim=1)
-        length = outline.double() @ atoms.border_px
-        within = interior.double() @ atoms.border_px
-        ahead, back = borders.front.unbind(dim=1)
-        before = (outline & one).double() @ ahead + (outline & other).double() @ back
-        behind = (outline & one).double() @ back + (outline & other).double() @ ahead
-        saddle, pieces = self._saddles(interior, len(atoms), inside.sum(dim=1))
-        weak = (outline & (atoms.strength < WEAK)).double() @ atoms.border_px
-        return _Measured(
-            outline_px=length + blank + rim,
-            interior_px=within,
-            pixels=held @ atoms.pixel_count.double(),
-            weak_share=_means(weak, length),
-            sides=torch.stack([before, behind, blank, rim], dim=1),
-            strengths=_quantiles(atoms.strength, outline * atoms.border_px, (0.0, *QUANTILES)),
-            outline=_means(outline.double() @ borders.cues, length),
-            interior=_means(interior.double() @ borders.cues, within),
-            weakest_atom=self._weakest(inside, outline),
-            joins_at=_least(self._joined, outline),
-            interior_greatest=torch.where(interior, atoms.strength, 0.0).amax(dim=1)
-            if len(atoms.first)
-            else 0.0 * within,
-            saddle=saddle,
-            pieces=pieces,
-            atoms=inside.sum(dim=1),
+        members = members_of(segments)
+        pixels, blank, rim = torch.from_numpy(sums(members, self._of_atoms)).unbind(dim=1)
+        measured = outlines(members, self._borders, self._graph, WEAK, _SHARES)
+        found: Any = Outlines._make(map(torch.from_numpy, measured))
+        return columns_of(
+            _FORMULAS,
+            _Measured(
+                outline_px=found.length + blank + rim,
+                interior_px=found.within,
+                pixels=pixels,
+                weak_share=_means(found.weak, found.length),
+                sides=torch.stack([found.before, found.behind, blank, rim], dim=1),
+                strengths=found.quantiles,
+                outline=_means(found.outline, found.length),
+                interior=_means(found.interior, found.within),
+                weakest_atom=found.weakest_atom,
+                joins_at=found.joins_at,
+                interior_greatest=found.greatest,
+                saddle=found.saddle,
+                pieces=found.pieces,
+                atoms=torch.from_numpy(np.diff(members.start)),
+            ),
         )
-
-    def _weakest(self, inside: Tensor, outline: Tensor) -> Tensor:
-        """(S,) the least mean strength of the border to one atom outside; 1 without any."""
-        atoms = self._atoms
-        segment, border = outline.nonzero(as_tuple=True)
-        first, second = atoms.first[border], atoms.second[border]
-        beyond = torch.where(inside[segment, first], second, first)
-        shape = (inside.shape[0], len(atoms))
-        length = torch.zeros(shape, dtype=torch.float64).index_put_(
-            (segment, beyond), atoms.border_px[border], accumulate=True
-        )
-        total = torch.zeros(shape, dtype=torch.float64).index_put_(
-            (segment, beyond), (atoms.border_px * atoms.strength)[border], accumulate=True
-        )
-        return torch.where(length > 0, total / length.clamp(min=1.0), 1.0).amin(dim=1)
-
-    def _saddles(self, interior: Tensor, count: int, size: Tensor) -> tuple[Tensor, Tensor]:
-        """(S,) the strongest border that is crossed on the easiest way through a segment; and its pieces."""
-        atoms = self._atoms
-        segment, border = interior.nonzero(as_tuple=True)
-        nodes = interior.shape[0] * count
-        # A graph has no edge where a weight is zero: one more keeps all.
-        weights = (atoms.strength[border] + 1.0).numpy()
-        ends = (
-            (segment * count + atoms.first[border]).numpy(),
-            (segment * count + atoms.second[border]).numpy(),
-        )
-        tree = minimum_spanning_tree(coo_array((weights, ends), shape=(nodes, nodes)).tocsr()).tocoo()
-        owner = torch.from_numpy(tree.row.astype(np.int64) // count)
-        height = torch.zeros(interior.shape[0], dtype=torch.float64)
-        height = height.scatter_reduce(0, owner, torch.from_numpy(tree.data) - 1.0, "amax")
-        return height, size - torch.bincount(owner, minlength=interior.shape[0])
-
-
-def membership(segments: Sequence[frozenset[int]], count: int) -> Tensor:
-    """(S, A) bool, which of `count` atoms each segment has."""
-    inside = torch.zeros(len(segments), count, dtype=torch.bool)
-    size = torch.tensor([len(segment) for segment in segments], dtype=torch.int64)
-    members = torch.tensor([atom for segment in segments for atom in segment], dtype=torch.int64)
-    inside[torch.arange(len(segments)).repeat_interleave(size), members] = True
-    return inside
 
 
 def _means(total: Tensor, length: Tensor) -> Tensor:
     """Totals (S,) or (S, K) along borders of these lengths (S,), as means; 0 where there is no border."""
     return total / length.clamp(min=1.0).view(-1, *[1] * (total.ndim - 1))
-
-
-def _quantiles(value: Tensor, weight: Tensor, shares: Sequence[float]) -> Tensor:
-    """(S, Q) weighted quantiles of the values (E,) of borders; 1 for segments without any, (S, E) weights of 0."""
-    order = value.argsort(stable=True)
-    passed = weight[:, order].cumsum(dim=1)
-    if not len(value):
-        return torch.ones(len(weight), len(shares), dtype=torch.float64)
-    total = passed[:, -1:]
-    goal = total * torch.tensor(shares, dtype=torch.float64)
-    place = torch.searchsorted(passed, goal.clamp(min=1e-9)).clamp(max=len(value) - 1)
-    return torch.where(total > 0, value[order][place], 1.0)
-
-
-def _least(value: Tensor, chosen: Tensor) -> Tensor:
-    """(S,) the least of the values (E,) chosen by (S, E), at most 1; 1 where none is."""
-    if not len(value):
-        return torch.ones(len(chosen), dtype=torch.float64)
-    return torch.where(chosen, value.clamp(max=1.0), 1.0).amin(dim=1)

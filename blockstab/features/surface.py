@@ -10,7 +10,6 @@ import torch
 from kornia.color import rgb_to_ycbcr
 from torch import Tensor
 
-from blockstab.features.contour import membership
 from blockstab.features.formulas import columns_of
 from blockstab.observation import Observation
 from blockstab.segments.atoms import Atoms
@@ -91,7 +90,8 @@ class Surfaces:
 
     def __init__(self, observation: Observation, atoms: Atoms) -> None:
         """Sum over the pixels of all atoms once."""
-        self._atoms = atoms
+        from blockstab.features.compiled.members import borders_of
+
         inside = (atoms.label > 0).flatten()
         owner = atoms.label.flatten()[inside] - 1
         count = len(atoms)
@@ -103,97 +103,86 @@ class Surfaces:
 
         cloud = observation.cloud
         valid = cloud.valid.flatten()[inside].double()
-        self._colors = summed(_moments(_ycbcr(observation.frame.color)[inside]))
+        colors = summed(_moments(_ycbcr(observation.frame.color)[inside]))
         normals = cloud.normals.flatten(0, 1)[inside]
-        self._facing = summed(torch.cat([normals, (normals != 0).any(dim=1, keepdim=True)], dim=1))
+        facing = summed(torch.cat([normals, (normals != 0).any(dim=1, keepdim=True)], dim=1))
         ground = observation.ground.height
         height = cloud.points[..., 1].flatten()[inside] - (0.0 if ground is None else ground)
         depth = cloud.depth.flatten()[inside]
         flat = observation.on_ground.flatten()[inside]
         area = (depth / observation.frame.camera.fx) * (depth / observation.frame.camera.fy)
         parts = [valid, flat, valid * height, valid * height.square(), valid * depth, area]
-        self._measured = summed(torch.stack([part.double() for part in parts], dim=1))
-        self._reach = _reach(height, valid > 0, owner, count)
+        measured = summed(torch.stack([part.double() for part in parts], dim=1))
+        reach = _reach(height, valid > 0, owner, count)
         plane = observation.planes.label.flatten()[inside]
-        self._planes = torch.zeros(count, int(plane.max()) + 1 if len(plane) else 1, dtype=torch.float64)
-        self._planes.index_put_((owner, plane), torch.ones(len(owner), dtype=torch.float64), accumulate=True)
+        planes = torch.zeros(count, int(plane.max()) + 1 if len(plane) else 1, dtype=torch.float64)
+        planes.index_put_((owner, plane), torch.ones(len(owner), dtype=torch.float64), accumulate=True)
         rows = inside.nonzero()[:, 0]
         width = atoms.label.shape[1]
         places = torch.stack([rows % width, rows // width], dim=1).double()
-        self._places = summed(torch.cat([places, places.square(), places.prod(dim=1, keepdim=True)], dim=1))
-        self._support = _support(places, owner, count)
-        self._color = self._colors[:, :3] / atoms.pixel_count[:, None]
+        moments = summed(torch.cat([places, places.square(), places.prod(dim=1, keepdim=True)], dim=1))
+        pixels = atoms.pixel_count.double()[:, None]
+        parts = [pixels, measured, colors, facing, moments, planes[:, 1:]]
+        self._widths = [part.shape[1] for part in parts]
+        self._summed = torch.cat(parts, dim=1).numpy()
+        self._far = torch.cat([-reach[:, :1], reach[:, 1:], _support(places, owner, count)], dim=1).numpy()
+        self._color = (colors[:, :3] / pixels).contiguous().numpy()
+        self._borders = borders_of(atoms)
 
     def __call__(self, segments: Sequence[frozenset[int]]) -> Tensor:
         """Columns of S segments, (S, C) float64, in the order of `SURFACE_COLUMNS`."""
-        atoms = self._atoms
-        inside = membership(segments, len(atoms))
-        held = inside.double()
-        pixels = held @ atoms.pixel_count.double()
-        measured, flat, height, square, depth, area = (held @ self._measured).unbind(dim=1)
-        known = measured.clamp(min=1.0)
-        planes = (held @ self._planes)[:, 1:] / pixels[:, None]
-        if not planes.shape[1]:
-            planes = planes.new_zeros(len(planes), 1)
-        color = held @ self._colors / pixels[:, None]
-        deviation = (color[:, 3:] - color[:, :3].square()).clamp(min=0.0).sqrt()
-        facing = held @ self._facing
-        facing = facing[:, :3] / facing[:, 3:].clamp(min=1.0)
-        low, high = self._extremes(inside)
-        elongation, ellipse = self._ellipse(held, pixels)
+        # Importing numba takes half a second, and most of the package does without it.
+        from blockstab.features.compiled.members import around, maxima, members_of, sums
+
+        members = members_of(segments)
+        summed = torch.from_numpy(sums(members, self._summed))
+        pixels, measured, colors, facing, moments, planes = torch.split(summed, self._widths, dim=1)
+        share = planes / pixels if planes.shape[1] else torch.zeros_like(pixels)
+        known, flat, height, square, depth, area = measured.unbind(dim=1)
+        measured_px = known.clamp(min=1.0)
+        color = colors / pixels
+        beside, length = map(torch.from_numpy, around(members, self._borders, self._color))
+        low, high, *support = torch.from_numpy(maxima(members, self._far)).unbind(dim=1)
+        elongation, ellipse = _ellipse(moments / pixels)
         found = _Measured(
-            pixels=pixels,
+            pixels=pixels[:, 0],
             area=area,
-            measured=measured,
+            measured=known,
             flat=flat,
-            planes=planes,
-            deviation=deviation,
-            contrast=self._contrast(inside, color[:, :3]),
-            facing=facing,
-            height=height / known,
-            height_square=square / known,
-            low=low,
-            high=high,
-            distance=depth / known,
+            planes=share,
+            deviation=(color[:, 3:] - color[:, :3].square()).clamp(min=0.0).sqrt(),
+            contrast=torch.where(length[:, None] > 0, (color[:, :3] - beside).abs(), 0.0),
+            facing=facing[:, :3] / facing[:, 3:].clamp(min=1.0),
+            height=height / measured_px,
+            height_square=square / measured_px,
+            # 0 where nothing is measured.
+            low=torch.where(low.isinf(), 0.0, -low),
+            high=torch.where(high.isinf(), 0.0, high),
+            distance=depth / measured_px,
             elongation=elongation,
-            hull_px=self._hull(inside),
+            hull_px=_hull(torch.stack(support, dim=1)),
             ellipse_px=ellipse,
         )
         return columns_of(_FORMULAS, found)
 
-    def _contrast(self, inside: Tensor, color: Tensor) -> Tensor:
-        """(S, 3) how far the mean colours are from those of the atoms around, by length of border."""
-        atoms = self._atoms
-        one, other = inside[:, atoms.first], inside[:, atoms.second]
-        first = (one & ~other).double() * atoms.border_px
-        second = (other & ~one).double() * atoms.border_px
-        around = first @ self._color[atoms.second] + second @ self._color[atoms.first]
-        length = (first.sum(dim=1) + second.sum(dim=1))[:, None]
-        return torch.where(length > 0, (color - around / length.clamp(min=1.0)).abs(), 0.0)
 
-    def _extremes(self, inside: Tensor) -> tuple[Tensor, Tensor]:
-        """(S,) the least and the greatest height, metres; 0 where nothing is measured."""
-        low = torch.where(inside, self._reach[:, 0], torch.inf).amin(dim=1)
-        high = torch.where(inside, self._reach[:, 1], -torch.inf).amax(dim=1)
-        return torch.where(low.isinf(), 0.0, low), torch.where(high.isinf(), 0.0, high)
+def _ellipse(moments: Tensor) -> tuple[Tensor, Tensor]:
+    """(S,) ratio of the short to the long axis of the ellipse with the pixels' moments (S, 5); (S,) its area."""
+    x, y, xx, yy, xy = moments.unbind(dim=1)
+    # A pixel is a square: of one alone, the variance is a twelfth.
+    a, b, c = xx - x * x + 1 / 12, yy - y * y + 1 / 12, xy - x * y
+    middle, spread = (a + b) / 2, ((a - b) / 2).square().add(c.square()).sqrt()
+    short, long = (middle - spread).clamp(min=1 / 12).sqrt(), (middle + spread).sqrt()
+    return short / long, 4 * math.pi * short * long
 
-    def _ellipse(self, held: Tensor, pixels: Tensor) -> tuple[Tensor, Tensor]:
-        """(S,) ratio of the short to the long axis of the ellipse with the pixels' moments; (S,) its area."""
-        x, y, xx, yy, xy = (held @ self._places / pixels[:, None]).unbind(dim=1)
-        # A pixel is a square: of one alone, the variance is a twelfth.
-        a, b, c = xx - x * x + 1 / 12, yy - y * y + 1 / 12, xy - x * y
-        middle, spread = (a + b) / 2, ((a - b) / 2).square().add(c.square()).sqrt()
-        short, long = (middle - spread).clamp(min=1 / 12).sqrt(), (middle + spread).sqrt()
-        return short / long, 4 * math.pi * short * long
 
-    def _hull(self, inside: Tensor) -> Tensor:
-        """(S,) area of the polygon of `_DIRECTIONS` lines that touch the pixels of a segment."""
-        reach = torch.where(inside[:, :, None], self._support, -torch.inf).amax(dim=1)
-        turn = 2 * math.pi / _DIRECTIONS
-        after, before = reach.roll(-1, dims=1), reach.roll(1, dims=1)
-        # Each side of the polygon, from where the neighbouring lines cut it, is the base of a triangle to the origin.
-        side = (after + before - 2 * reach * math.cos(turn)) / math.sin(turn)
-        return 0.5 * (side.clamp(min=0.0) * reach).sum(dim=1)
+def _hull(reach: Tensor) -> Tensor:
+    """(S,) area of the polygon of `_DIRECTIONS` lines that touch the pixels of a segment, as far out as (S, D)."""
+    turn = 2 * math.pi / _DIRECTIONS
+    after, before = reach.roll(-1, dims=1), reach.roll(1, dims=1)
+    # Each side of the polygon, from where the neighbouring lines cut it, is the base of a triangle to the origin.
+    side = (after + before - 2 * reach * math.cos(turn)) / math.sin(turn)
+    return 0.5 * (side.clamp(min=0.0) * reach).sum(dim=1)
 
 
 def _ycbcr(color: Tensor) -> Tensor:
