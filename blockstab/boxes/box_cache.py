@@ -58,15 +58,14 @@ class SegmentPoints:
         self._first: dict[Segment, np.ndarray] = {}
 
     def gather(self, segments: list[Segment]) -> tuple[Tensor, Tensor, Tensor]:
-        """Points (S, max_points, 3) of each segment, how many there are (S,), and its seed (S,).
+        """Points (S, P, 3) of each segment, how many there are (S,), and its seed (S,).
 
-        Rows past the count repeat the first point.
+        P is the most that any has. Rows past the count repeat the first point.
         """
-        index = np.zeros((len(segments), self.max_points), dtype=np.int64)
-        count = np.zeros(len(segments), dtype=np.int64)
-        for i, segment in enumerate(segments):
-            first = self._first_of(segment)
-            count[i] = len(first)
+        found = [self._first_of(segment) for segment in segments]
+        count = np.fromiter(map(len, found), dtype=np.int64, count=len(found))
+        index = np.empty((len(found), int(count.max(initial=1))), dtype=np.int64)
+        for i, first in enumerate(found):
             index[i, : len(first)] = first
             index[i, len(first) :] = first[0]
         pixel = self._pixel_of_rank[torch.from_numpy(index)]

@@ -85,6 +85,7 @@ class SceneBuilder:
         height = _lowest(points) if ground.height is None else ground.height
         self._reason = StabilityInference(self.box_cache, occlusion, height, rules)
         self._background: dict[Segment, tuple[bool, bool]] = {}
+        self._told: dict[Segmentation, tuple[Tensor, Tensor]] = {}
         self._found: dict[Island, _Found] = {}
         self._in_box: dict[Segment, AtomsInBox] = {}
         self._sizes: dict[Segment, tuple[int, int]] = {}
@@ -216,11 +217,14 @@ class SceneBuilder:
 
     def _backgrounds(self, one: Segmentation) -> tuple[Tensor, Tensor]:
         """(N,) which segments are background, as told or by the rules, and (N,) which lie in the ground plane."""
-        found, level = self._by_rules(one.segments)
-        told = [
-            one.background.get(s, by_rules) for s, by_rules in zip(one.segments, found.tolist(), strict=True)
-        ]
-        return torch.tensor(told, dtype=torch.bool), level
+        if one not in self._told:
+            found, level = self._by_rules(one.segments)
+            told = [
+                one.background.get(s, by_rules)
+                for s, by_rules in zip(one.segments, found.tolist(), strict=True)
+            ]
+            self._told[one] = torch.tensor(told, dtype=torch.bool), level
+        return self._told[one]
 
     def _by_rules(self, segments: Sequence[Segment]) -> tuple[Tensor, Tensor]:
         """The same, where nothing is told."""

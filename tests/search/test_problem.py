@@ -14,6 +14,7 @@ from blockstab.search.problem import MIN_SEGMENT_PX, Problem
 from blockstab.segments.hierarchy import nodes, split
 from tests.search.watched import blocks_view, watched
 from tests.synthetic import over_split
+from tests.tolerance import EXACT
 from tests.toy_potentials import toy_potentials
 
 
@@ -26,11 +27,11 @@ def test_a_segment_by_itself_loses_by_its_pixels_what_the_potential_says_of_it()
     large = [s for s in segments if now.pixel_count(s) >= MIN_SEGMENT_PX]
     share = toy_potentials().alone(now.describe.lone(large)).clamp(0, 1)
     expected = share * torch.tensor([now.pixel_count(s) for s in large])
-    torch.testing.assert_close(now.lone(large), expected)
+    assert now.losses(large) == pytest.approx(expected.tolist(), rel=EXACT)
     assert 0.0 < float(share.amin()) < 1.0
 
 
-def test_the_potential_is_asked_of_each_segment_once():
+def test_the_potential_is_asked_once_of_each_segment_that_is_large_enough():
     asked: list[int] = []
 
     def counting(rows: torch.Tensor) -> torch.Tensor:
@@ -39,11 +40,14 @@ def test_the_potential_is_asked_of_each_segment_once():
         return torch.zeros(len(rows), dtype=torch.float64)
 
     now, segments = replace(problem(), alone=counting), blocks_view().start.segments
-    now.lone(segments)
-    now.lone([*segments, *segments])
-    now.lone(over_split(blocks_view()).segments)
+    now.losses(segments)
+    now.losses([*segments, *segments])
+    now.losses(over_split(blocks_view()).segments)
     new = set(over_split(blocks_view()).segments) - set(segments)
-    assert asked == [len(segments), len(new)]
+    # What is too small is lost whole, whatever the potential would say.
+    large = [[s for s in some if now.pixel_count(s) >= MIN_SEGMENT_PX] for some in (segments, new)]
+    assert asked == list(map(len, large))
+    assert len(large[1]) > 0
 
 
 def test_pixels_of_a_segment_are_those_of_the_image():
@@ -69,6 +73,25 @@ def test_the_pool_is_what_was_offered_and_the_nodes_each_once_and_large_enough()
     assert set(now.masks) == {s for s in everything if now.pixel_count(s) >= MIN_SEGMENT_PX}
     assert set(now.masks) > set(now.nodes)
     assert set(problem().masks) == set(now.nodes)
+
+
+def test_nodes_in_a_segment_are_proper_parts_of_it_that_leave_enough():
+    now = problem()
+    whole = max(now.nodes, key=len)
+    parts = {(n, whole - n) for n in now.nodes if n < whole and now.pixel_count(whole - n) >= MIN_SEGMENT_PX}
+    assert set(now.nodes_in(whole)) == parts
+    assert len(now.nodes_in(whole)) == len(parts) > 1
+
+
+def test_masks_in_a_segment_are_those_that_cut_it_with_what_they_leave():
+    now = problem()
+    for segment in over_split(blocks_view()).segments:
+        assert now.masks_in(segment) == {m: segment - m for m in now.masks if m & segment}
+
+
+def test_what_is_made_once_is_not_made_again():
+    now, made = problem(), list[int]()
+    assert [now.once(key, lambda: made.append(0) or len(made)) for key in "aba"] == [1, 2, 1]
 
 
 def test_atoms_touch_those_that_they_share_a_border_with():

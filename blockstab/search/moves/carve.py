@@ -5,22 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 
-import torch
-
 from blockstab.energy import Rating
-from blockstab.search.moves.drawing import Change, most_promising
+from blockstab.search.moves.drawing import Change, MostPromising
 from blockstab.search.problem import Problem
-from blockstab.segments.segmentation import Segment, Segmentation
+from blockstab.segments.segmentation import Segment
 
 
 @dataclass(frozen=True)
-class Carve:
+class Carve(MostPromising):
     """A mask becomes an object, and the segments that it cuts, background too, give way."""
 
-    def __call__(
-        self, rating: Rating, problem: Problem, count: int, generator: torch.Generator
-    ) -> list[Segmentation]:
-        """At most `count` carvings, drawn by what they promise."""
+    def changes(self, rating: Rating, problem: Problem) -> list[Change]:
+        """All carvings."""
         now = rating.scene.segmentation
         objects = {
             s for s, apart in zip(now.segments, rating.scene.background.tolist(), strict=True) if not apart
@@ -36,4 +32,4 @@ class Carve:
                 new = (mask, *(left for _, left in cuts if left))
                 gone = tuple(segment for segment, _ in cuts)
                 changes.append(Change(gone, new, partial(now.carve, mask), frozenset({mask})))
-        return most_promising(changes, rating, problem, count, generator)
+        return changes

@@ -6,38 +6,31 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
-import torch
-
 from blockstab.energy import Rating
-from blockstab.search.moves.drawing import Change, most_promising
+from blockstab.search.moves.drawing import Change, MostPromising
 from blockstab.search.problem import Problem
 from blockstab.segments.segmentation import Segment, Segmentation
 
 
 @dataclass(frozen=True)
-class Cut:
+class Cut(MostPromising):
     """Any node of the hierarchy that lies within an object becomes an object; never of background."""
 
-    def __call__(
-        self, rating: Rating, problem: Problem, count: int, generator: torch.Generator
-    ) -> list[Segmentation]:
-        """At most `count` cuts, drawn by what they promise."""
+    def changes(self, rating: Rating, problem: Problem) -> list[Change]:
+        """All cuts."""
         now = rating.scene.segmentation
-        changes = [
+        return [
             Change((whole,), parts, partial(now.replace, i, parts))
             for i, whole, parts in inner_nodes(rating, problem)
         ]
-        return most_promising(changes, rating, problem, count, generator)
 
 
 @dataclass(frozen=True)
-class Transfer:
+class Transfer(MostPromising):
     """Any node of the hierarchy at the border of an object goes over to a neighbouring object."""
 
-    def __call__(
-        self, rating: Rating, problem: Problem, count: int, generator: torch.Generator
-    ) -> list[Segmentation]:
-        """At most `count` transfers, drawn by what they promise."""
+    def changes(self, rating: Rating, problem: Problem) -> list[Change]:
+        """All transfers."""
         now, touching = rating.scene.segmentation, problem.touching
         owner = {
             atom: i
@@ -52,7 +45,7 @@ class Transfer:
                 other = now.segments[j]
                 result = partial(_handed, now, i, j, node)
                 changes.append(Change((whole, other), (rest, other | node), result))
-        return most_promising(changes, rating, problem, count, generator)
+        return changes
 
 
 def _handed(now: Segmentation, i: int, j: int, node: Segment) -> Segmentation:

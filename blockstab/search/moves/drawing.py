@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -45,17 +46,36 @@ def draw(potential: Tensor, possible: Tensor, count: int, generator: torch.Gener
     return index[torch.multinomial(weight, count, replacement=True, generator=generator)].tolist()
 
 
-def most_promising(
-    changes: Sequence[Change], rating: Rating, problem: Problem, count: int, generator: torch.Generator
-) -> list[Segmentation]:
-    """Draw changes by what they promise: the loss that segments by themselves have before, less that after.
+class MostPromising(ABC):
+    """A move that draws among all its changes by what they promise: what segments by themselves lose before, less
+    what they lose after.
 
     A segment by itself is judged fast, from its contour and surface; what stands on what is found out for those
-    changes alone that are drawn.
+    changes alone that are drawn. A particle that stays in the pool is asked again, and promises what it did before.
     """
-    changes = list({(frozenset(change.new), change.objects): change for change in changes}.values())
+
+    @abstractmethod
+    def changes(self, rating: Rating, problem: Problem) -> Sequence[Change]:
+        """All that the move could do to a segmentation; always the same."""
+
+    def __call__(
+        self, rating: Rating, problem: Problem, count: int, generator: torch.Generator
+    ) -> list[Segmentation]:
+        """At most `count` segmentations."""
+        key = (self, rating.scene.segmentation)
+        changes, weight = problem.once(key, lambda: _weighed(self.changes(rating, problem), rating, problem))
+        if not changes:
+            return []
+        amount = min(count, len(changes))
+        drawn = torch.multinomial(weight, amount, replacement=False, generator=generator)
+        return [changes[k].result() for k in drawn.tolist()]
+
+
+def _weighed(found: Sequence[Change], rating: Rating, problem: Problem) -> tuple[list[Change], Tensor]:
+    """Changes, each once, and how likely each is drawn."""
+    changes = list({(frozenset(change.new), change.objects): change for change in found}.values())
     if not changes:
-        return []
+        return changes, torch.empty(0)
     before = _losses(rating, problem)
     new = list(dict.fromkeys(segment for change in changes for segment in change.new))
     after = dict(zip(new, problem.losses(new), strict=True))
@@ -63,10 +83,7 @@ def most_promising(
         [sum(before[s] for s in c.gone) - sum(after[s] for s in c.new) for c in changes], dtype=torch.float64
     ).round(decimals=6)
     scale = (gain.amax() - gain.median()).clamp(min=1.0)
-    weight = ((gain - gain.amax()) / scale * _KEEN).exp2()
-    amount = min(count, len(changes))
-    drawn = torch.multinomial(weight.clamp(min=1e-12), amount, replacement=False, generator=generator)
-    return [changes[k].result() for k in drawn.tolist()]
+    return changes, ((gain - gain.amax()) / scale * _KEEN).exp2().clamp(min=1e-12)
 
 
 def _losses(rating: Rating, problem: Problem) -> dict[Segment, float]:

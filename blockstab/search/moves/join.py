@@ -5,26 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 
-import torch
-
 from blockstab.energy import Rating
 from blockstab.features.pairwise import neighbour_pairs
-from blockstab.search.moves.drawing import Change, most_promising
+from blockstab.search.moves.drawing import Change, MostPromising
 from blockstab.search.problem import Problem
-from blockstab.segments.segmentation import Segmentation
 
 
 @dataclass(frozen=True)
-class Join:
+class Join(MostPromising):
     """Neighbouring objects become one, drawn by how good the union looks by itself; never background."""
 
-    def __call__(
-        self, rating: Rating, problem: Problem, count: int, generator: torch.Generator
-    ) -> list[Segmentation]:
-        """At most `count` unions."""
+    def changes(self, rating: Rating, problem: Problem) -> list[Change]:
+        """All unions."""
         now = rating.scene.segmentation
         changes = []
         for i, j in zip(*(side.tolist() for side in neighbour_pairs(rating.scene)), strict=True):
             one, other = now.segments[i], now.segments[j]
             changes.append(Change((one, other), (one | other,), partial(now.merge, i, j)))
-        return most_promising(changes, rating, problem, count, generator)
+        return changes

@@ -7,18 +7,17 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import product
 
-import torch
 from torch import Tensor
 
 from blockstab.energy import Rating
 from blockstab.scene.builder import AtomsInBox
-from blockstab.search.moves.drawing import Change, most_promising
+from blockstab.search.moves.drawing import Change, MostPromising
 from blockstab.search.problem import MIN_SEGMENT_PX, Problem
-from blockstab.segments.segmentation import Segment, Segmentation
+from blockstab.segments.segmentation import Segment
 
 
 @dataclass(frozen=True)
-class Unexplained:
+class Unexplained(MostPromising):
     """The atoms of an object that its box does not explain become an object of their own; never of background.
 
     They are those that lie off its faces. Or, as a box holds all of what stands before another, and the faces of the
@@ -32,10 +31,8 @@ class Unexplained:
     steps: float = 3.0
     least_m: float = 0.01
 
-    def __call__(
-        self, rating: Rating, problem: Problem, count: int, generator: torch.Generator
-    ) -> list[Segmentation]:
-        """At most `count` splits, drawn by what they promise."""
+    def changes(self, rating: Rating, problem: Problem) -> list[Change]:
+        """All splits."""
         scene = rating.scene
         now, changes = scene.segmentation, []
         for i, (whole, apart) in enumerate(zip(now.segments, scene.background.tolist(), strict=True)):
@@ -43,7 +40,7 @@ class Unexplained:
                 continue
             for parts in problem.once((self, whole), partial(self._partings, whole, problem)):
                 changes.append(Change((whole,), parts, partial(now.replace, i, parts)))
-        return most_promising(changes, rating, problem, count, generator)
+        return changes
 
     def _partings(self, whole: Segment, problem: Problem) -> list[tuple[Segment, Segment]]:
         """What a box does not explain of its segment, and the rest, wherever both are large enough."""

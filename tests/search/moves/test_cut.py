@@ -33,7 +33,7 @@ def parts(start: str) -> set[tuple[Segment, Segment]]:
 
 @every_start
 def test_inner_nodes_are_all_proper_parts_that_leave_enough(start):
-    found = [(whole, node) for _, whole, node in inner_nodes(rating(start), problem())]
+    found = [(whole, node) for _, whole, (node, rest) in inner_nodes(rating(start), problem())]
     assert set(found) == parts(start)
     assert len(found) == len(set(found))
 

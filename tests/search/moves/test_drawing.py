@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import dataclass
 from functools import partial
 from types import SimpleNamespace
 from typing import cast
@@ -10,7 +11,8 @@ from typing import cast
 import pytest
 import torch
 
-from blockstab.search.moves.drawing import Change, draw, most_promising
+from blockstab.energy import Rating
+from blockstab.search.moves.drawing import Change, MostPromising, draw
 from blockstab.search.problem import Problem
 from blockstab.segments.segmentation import Segment
 from tests.search.moves.row import PAIRS, halves, rated
@@ -20,14 +22,24 @@ RATING = rated([0.5] * 4, [0.5] * 3)
 TABLE, *BLOCKS = PAIRS
 
 
+@dataclass(frozen=True)
+class Given(MostPromising):
+    """Makes the changes that it is given."""
+
+    given: tuple[Change, ...]
+
+    def changes(self, rating: Rating, problem: Problem) -> tuple[Change, ...]:
+        return self.given
+
+
 def judging(loss: dict[Segment, float], lost: float = 0.0) -> Problem:
     """A problem in which segments lose so many pixels by themselves, and others none; background, a share."""
 
-    def lone(segments: list[Segment]) -> torch.Tensor:
-        return torch.tensor([loss.get(s, 0.0) for s in segments], dtype=torch.float64)
+    def losses(segments: list[Segment]) -> list[float]:
+        return [loss.get(s, 0.0) for s in segments]
 
     describe = SimpleNamespace(lost=lambda scene: torch.full((len(scene),), lost, dtype=torch.float64))
-    return cast(Problem, SimpleNamespace(lone=lone, describe=describe))
+    return cast(Problem, SimpleNamespace(losses=losses, describe=describe, once=lambda key, make: make()))
 
 
 def split(k: int) -> Change:
@@ -41,7 +53,7 @@ CHANGES = [split(k) for k in range(3)]
 
 def counted(problem: Problem, changes: list[Change], generator: torch.Generator, count: int = 1) -> list[int]:
     drawn = Counter(
-        result for _ in range(DRAWS) for result in most_promising(changes, RATING, problem, count, generator)
+        result for _ in range(DRAWS) for result in Given(tuple(changes))(RATING, problem, count, generator)
     )
     return [drawn[change.result()] for change in changes]
 
@@ -65,7 +77,7 @@ def test_differences_past_the_ninth_digit_do_not_turn_a_draw():
 
 def test_where_nothing_is_possible_nothing_is_drawn(generator):
     assert draw(torch.zeros(3), torch.zeros(3, dtype=torch.bool), 5, generator) == []
-    assert most_promising([], RATING, judging({}), 5, generator) == []
+    assert Given(())(RATING, judging({}), 5, generator) == []
 
 
 def test_a_change_of_middling_promise_is_drawn_a_sixteenth_as_often_as_the_best(generator):
@@ -97,5 +109,5 @@ def test_background_loses_the_things_in_it_and_not_what_it_would_lose_as_an_obje
 def test_no_change_is_drawn_twice(generator):
     problem = judging({BLOCKS[0]: 200.0})
     for _ in range(50):
-        results = most_promising([*CHANGES, *CHANGES], RATING, problem, 5, generator)
+        results = Given((*CHANGES, *CHANGES))(RATING, problem, 5, generator)
         assert sorted(results, key=hash) == sorted((change.result() for change in CHANGES), key=hash)
