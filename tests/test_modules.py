@@ -10,6 +10,12 @@ from tests.docs.pages import ROOT
 
 # What is a part of another module's work, or plain data, is tested where that work is.
 ELSEWHERE = {
+    "blockstab/boxes/compiled/extent.py": "boxes/compiled/test_fits.py",
+    "blockstab/boxes/compiled/planes.py": "boxes/compiled/test_fits.py",
+    "blockstab/boxes/compiled/refining.py": "boxes/compiled/test_fits.py",
+    "blockstab/boxes/fitting_in_step.py": "boxes/compiled/test_fits.py",
+    "blockstab/features/compiled/members.py": "features/test_surface.py",
+    "blockstab/features/compiled/outlines.py": "features/test_contour.py",
     "blockstab/boundaries/cues.py": "boundaries/test_edge_models.py",
     "blockstab/datasets/bop_entries.py": "datasets/test_bop.py",
     "blockstab/datasets/formats/pcd_header.py": "datasets/formats/test_pcd.py",
@@ -49,6 +55,7 @@ ELSEWHERE = {
     "blockstab/simulation/sensors/patches.py": "simulation/sensors/test_realsense.py",
     "blockstab/stability/compiled/areas.py": "stability/test_relating.py",
     "blockstab/stability/compiled/balance.py": "stability/test_judges.py",
+    "blockstab/stability/compiled/islands.py": "stability/test_judges.py",
     "blockstab/stability/compiled/loads.py": "stability/test_judges.py",
     "blockstab/stability/compiled/measures.py": "stability/compiled/test_polygons.py",
     "blockstab/stability/compiled/relations.py": "stability/test_relating.py",
