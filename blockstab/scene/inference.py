@@ -54,7 +54,7 @@ class StabilityInference:
     """Reasons about islands of boxes.
 
     Args:
-        catalogue: the boxes.
+        box_cache: the boxes.
         occlusion: what was hidden from the camera.
         ground_height: metres.
         rules: the constants.
@@ -74,7 +74,7 @@ class StabilityInference:
             table: N segments; background: (N,) bool; at_ground: (N,) bool, lies in the ground plane.
 
         Returns:
-            rows (N,) of their boxes in the catalogue, and what was found.
+            rows (N,) of their boxes in the cache, and what was found.
         """
         movable, is_ground = ~background, background & at_ground
         rows = self.box_cache.rows(table.segments)

@@ -8,7 +8,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from blockstab.boxes import box_cache as catalogue_module
+from blockstab.boxes import box_cache as box_cache_module
 from blockstab.boxes.box import Boxes
 from blockstab.boxes.box_cache import BoxCache, SegmentPoints
 from blockstab.boxes.fitting import Fits, MinimumSurface
@@ -137,7 +137,7 @@ def test_each_pair_is_measured_once(box_cache: BoxCache, monkeypatch: pytest.Mon
         asked.append(len(first))
         return separation(boxes, first, second)
 
-    monkeypatch.setattr(catalogue_module, "separation", counted)
+    monkeypatch.setattr(box_cache_module, "separation", counted)
     rows = box_cache.rows(segments(*((k,) for k in range(ATOMS))))
     first, second = (rows[index] for index in torch.triu_indices(ATOMS, ATOMS, 1))
     some = torch.tensor([4, 1, 9, 4])

@@ -14,6 +14,7 @@ from hydra.utils import instantiate
 from PIL import Image
 
 import evaluate
+from blockstab.search.rsamp import RSamp
 from blockstab.testing.photographs import BLOCKS, photograph
 from models import configured
 from tests.block_scene import STACK, picture
@@ -120,7 +121,7 @@ def test_the_judge_of_the_page_is_asked_by_the_rules(mine):
 def test_the_move_of_the_page_is_one_of_a_search(mine):
     search = instantiate(composed("parse", ["search=swallowing"], mine).search)
     assert search.moves[-1].most_px == 300
-    assert search.rounds == 12
+    assert search.rounds == RSamp().rounds
 
 
 def test_the_columns_of_the_page_are_computed_for_training_and_for_parses(mine):

@@ -1,7 +1,8 @@
 """Hull and intersection of convex polygons, one at a time, in machine code.
 
-They are `convex.hull` and `convex.clip` step by step, and round as those do: what touches exactly must touch here
-too. Polygons are arrays (k, 2) of vertices, counter-clockwise, metres; none is empty, one a point, two a segment.
+They are `convex_hulls.hull` and `convex_hulls.clip` step by step, and round as those do: what touches exactly must
+touch here too. Polygons are arrays (k, 2) of vertices, counter-clockwise, metres; none is empty, one a point, two a
+segment.
 
 Here and beside, loops over numbers are spelt out: whole arrays take ten times as long to compile.
 """
@@ -16,7 +17,7 @@ from blockstab.geometry.polygons import ROUNDING, SLACK
 
 @njit(error_model="numpy")
 def hull(points):
-    """Corners (k, 2) of the convex hull of points (n, 2) (Andrew 1979, as in `planar.corners_of_hulls`)."""
+    """Corners (k, 2) of the convex hull of points (n, 2) (Andrew 1979, as in `polygons.corners_of_hulls`)."""
     if len(points) == 0:
         return points
     points, slack = _from_left_to_right(points), SLACK * _reach(points)
@@ -38,7 +39,7 @@ def hull(points):
 
 @njit(error_model="numpy")
 def clip(subject, clipper):
-    """Intersection of two polygons with area (k, 2) (Sutherland and Hodgman 1974, as in `convex.clip`)."""
+    """Intersection of two polygons with area (k, 2) (Sutherland and Hodgman 1974, as in `convex_hulls.clip`)."""
     slack = SLACK * max(_reach(subject), _reach(clipper))
     for i in range(len(clipper)):
         j = i + 1 if i + 1 < len(clipper) else 0
