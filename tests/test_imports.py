@@ -25,7 +25,7 @@ ORDER = (
         "scene",
     ),
     *("features", "proposals", "energy", "search", "parsing", "output"),
-    *("datasets", "simulation", "evaluation", "testing", "cli"),
+    *("datasets", "simulation", "evaluation", "testing", "commands", "cli"),
 )
 LEARNED = ("potentials", "shipped", "gathering", "boundary", "stages", "configured", "entry", "programs")
 HEAVY = ("open3d", "pytorch_lightning", "mujoco", "plotly", "sklearn", "hydra", "numba")
@@ -56,7 +56,7 @@ def test_imports_point_one_way(file):
     own = part_of(file)
     for package, *inner in imported(file):
         assert package not in ("tests", "train", "evaluate")
-        assert package != "models" or own == "cli", "only the command line may load potentials"
+        assert package != "models" or own == "commands", "only commands may load potentials"
         if package == "blockstab" and inner[0] in ORDER:
             assert inner[0] == own or ORDER.index(inner[0]) < ORDER.index(own), f"{own} imports {inner[0]}"
 
@@ -75,6 +75,14 @@ def test_imports_inside_of_models_point_one_way(file):
             assert inner[0] == own or LEARNED.index(inner[0]) < LEARNED.index(own), (
                 f"{own} imports {inner[0]}"
             )
+
+
+def test_who_asks_for_help_does_not_wait_for_torch():
+    program = "import blockstab.cli, sys; print('torch' in sys.modules, 'numpy' in sys.modules)"
+    found = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert found.stdout.split() == ["False", "False"]
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,8 @@ ELSEWHERE = {
     "blockstab/features/compiled/members.py": "features/test_surface.py",
     "blockstab/features/compiled/outlines.py": "features/test_contour.py",
     "blockstab/boundaries/cues.py": "boundaries/test_edge_models.py",
+    "blockstab/commands/parse.py": "test_cli.py",
+    "blockstab/commands/simulate.py": "simulation/test_writing.py",
     "blockstab/datasets/bop_entries.py": "datasets/test_bop.py",
     "blockstab/datasets/formats/pcd_header.py": "datasets/formats/test_pcd.py",
     "blockstab/datasets/polygons.py": "datasets/test_sunrgbd.py",

@@ -15,7 +15,8 @@ import torch
 import typer
 from PIL import Image
 
-from blockstab.cli import app, folder_job
+from blockstab.cli import app
+from blockstab.commands.parse import folder_job
 from blockstab.evaluation.scoring import SCORES
 from blockstab.observation import given_ground
 from blockstab.output.batch import parse_all
