@@ -7,8 +7,9 @@ import torch
 from pytest_benchmark.fixture import BenchmarkFixture
 from torch import Tensor
 
+from blockstab.scene.warming import warm_up
 from blockstab.stability.balance import balance
-from blockstab.stability.judges import TrimmedSupports, warm_up
+from blockstab.stability.judges import TrimmedSupports
 from blockstab.stability.relating import related
 from blockstab.stability.support import SupportRules, candidate_supports
 from blockstab.stability.trimming import trim
