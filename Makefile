@@ -48,7 +48,8 @@ types: $(STAMP)
 	$(BIN)/mypy
 
 bench: $(STAMP)
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest benchmarks --benchmark-columns=min,median,ops
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest benchmarks --benchmark-columns=min,median,ops --benchmark-json=out/bench.json
+	$(BIN)/python -m benchmarks.ratios out/bench.json
 
 docs: $(STAMP)
 	$(BIN)/python docs/tables.py --check
