@@ -35,10 +35,10 @@ class RSamp:
     """
 
     moves: Sequence[Move] = EVERY
-    moves_per_kind: int = 4
+    moves_per_kind: int = 2
     pool_size: int = 3
-    rounds: int = 24
-    patience: int = 6
+    rounds: int = 12
+    patience: int = 4
     at_once: int = 16
     first: Sequence[Search] = (NoSearch(), BestCut())
 
