@@ -90,36 +90,37 @@ class Problem:
             self._pixels[segment] = sum(map(self._atom_pixels.__getitem__, segment))
         return self._pixels[segment]
 
-    def nodes_in(self, segment: Segment) -> tuple[tuple[Segment, Segment], ...]:
+    def nodes_in(self, segment: Segment) -> list[tuple[Segment, Segment]]:
         """Every node of the hierarchy that is a proper part of a segment, and the rest, where it is large enough."""
-        if segment not in self._nodes_in:
-            found = ((node, segment - node) for node in self.nodes if node < segment)
-            self._nodes_in[segment] = tuple(
-                (node, rest) for node, rest in found if self.pixel_count(rest) >= MIN_SEGMENT_PX
-            )
-        return self._nodes_in[segment]
+
+        def found() -> list[tuple[Segment, Segment]]:
+            parts = [(node, segment - node) for node in self.nodes if node < segment]
+            return [(node, rest) for node, rest in parts if self.pixel_count(rest) >= MIN_SEGMENT_PX]
+
+        return self.once(("nodes in", segment), found)
 
     def masks_in(self, segment: Segment) -> Mapping[Segment, Segment]:
         """Every mask of the pool that cuts a segment, with what is left of the segment without it."""
-        if segment not in self._masks_in:
-            self._masks_in[segment] = {
-                mask: segment - mask for mask in self.masks if not mask.isdisjoint(segment)
-            }
-        return self._masks_in[segment]
+        return self.once(
+            ("masks in", segment),
+            lambda: {mask: segment - mask for mask in self.masks if not mask.isdisjoint(segment)},
+        )
 
     def split(self, segment: Segment) -> tuple[Segment, Segment] | None:
         """The two parts that a segment falls into first; None where one would be too small."""
-        if segment not in self._splits:
+
+        def found() -> tuple[Segment, Segment] | None:
             parts = split(segment, self.search_input.atoms, self.hierarchy)
             large = parts is not None and min(map(self.pixel_count, parts)) >= MIN_SEGMENT_PX
-            self._splits[segment] = parts if large else None
-        return self._splits[segment]
+            return parts if large else None
+
+        return self.once(("split", segment), found)
 
     def once(self, key: Hashable, make: Callable[[], Made]) -> Made:
-        """What a move finds out about a thing, such as its own parts of a segment; made when first asked for.
+        """What is found out about a thing, such as a move's own parts of a segment; made when first asked for.
 
         Args:
-            key: whose, and about what.
+            key: by whom, and about what.
         """
         if key not in self._made:
             self._made[key] = make()
@@ -156,18 +157,6 @@ class Problem:
 
     @cached_property
     def _made(self) -> dict[Hashable, Any]:
-        return {}
-
-    @cached_property
-    def _nodes_in(self) -> dict[Segment, tuple[tuple[Segment, Segment], ...]]:
-        return {}
-
-    @cached_property
-    def _masks_in(self) -> dict[Segment, dict[Segment, Segment]]:
-        return {}
-
-    @cached_property
-    def _splits(self) -> dict[Segment, tuple[Segment, Segment] | None]:
         return {}
 
 
