@@ -15,6 +15,7 @@ ELSEWHERE = {
     "blockstab/boxes/compiled/refining.py": "boxes/compiled/test_fits.py",
     "blockstab/boxes/fitting_in_step.py": "boxes/compiled/test_fits.py",
     "blockstab/features/compiled/members.py": "features/test_surface.py",
+    "blockstab/features/compiled/nearness.py": "features/appearance/test_regions.py",
     "blockstab/features/compiled/outlines.py": "features/test_contour.py",
     "blockstab/boundaries/cues.py": "boundaries/test_edge_models.py",
     "blockstab/commands/parse.py": "test_cli.py",

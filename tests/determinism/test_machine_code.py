@@ -9,7 +9,7 @@ import pytest
 from blockstab.boxes.compiled import fits
 from blockstab.determinism import machine_code
 from blockstab.determinism.machine_code import fingerprint_of
-from blockstab.features.compiled import members, outlines
+from blockstab.features.compiled import members, nearness, outlines
 from blockstab.stability.compiled import islands
 
 
@@ -26,7 +26,7 @@ def test_a_change_of_any_file_of_its_rooms_gives_another_number(file, tmp_path, 
     assert fingerprint_of("boxes") == of_boxes
 
 
-@pytest.mark.parametrize("module", [fits, islands, members, outlines])
+@pytest.mark.parametrize("module", [fits, islands, members, nearness, outlines])
 def test_the_number_is_part_of_what_machine_code_is_known_by(module):
     def keys(number: int) -> list[object]:
         made = module._kept_while(number)
