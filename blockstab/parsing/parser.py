@@ -18,6 +18,7 @@ from blockstab.energy.overlap import expected_overlap
 from blockstab.features.columns import SegmentColumns
 from blockstab.features.pairwise import neighbour_pairs
 from blockstab.observation import GroundFinder, estimated_ground
+from blockstab.parsing.collecting import uncollected
 from blockstab.parsing.look import Look
 from blockstab.parsing.parsed import Parsed
 from blockstab.proposals import Proposal, stamp_of
@@ -133,7 +134,7 @@ class Parser:
         search_input, seeing = look.search_input(self.ground_of, self.edges, self.proposal)
         masks, offering = look.masks(self.pool, search_input)
         seconds = {"segments": seeing + offering}
-        with _timed(seconds, "search"):
+        with _timed(seconds, "search"), uncollected():
             problem = self.problem(search_input, masks)
             generator = torch.Generator().manual_seed(self.seed)
             found = self.search(search_input.start, problem, generator)
