@@ -19,7 +19,7 @@ $(STAMP): pyproject.toml constraints.txt | python
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt torch
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs]'
-	$(BIN)/python -c 'from blockstab.scene.warming import warm_up; warm_up()'
+	$(BIN)/python -c 'from blockstab.commands.warm_up import warm_up; warm_up()'
 	@touch $@
 
 demo: $(STAMP)

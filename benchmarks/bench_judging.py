@@ -7,7 +7,7 @@ import torch
 from pytest_benchmark.fixture import BenchmarkFixture
 from torch import Tensor
 
-from blockstab.scene.warming import warm_up
+from blockstab.commands.warm_up import warm_up
 from blockstab.stability.balance import balance
 from blockstab.stability.judges import TrimmedSupports
 from blockstab.stability.relating import related
