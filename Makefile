@@ -48,6 +48,7 @@ types: $(STAMP)
 	$(BIN)/mypy
 
 bench: $(STAMP)
+	mkdir -p out
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest benchmarks --benchmark-columns=min,median,ops --benchmark-json=out/bench.json
 	$(BIN)/python -m benchmarks.ratios out/bench.json
 

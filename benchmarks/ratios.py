@@ -31,12 +31,7 @@ def ratios_of(run: Mapping[str, Any]) -> Ratios:
         times.setdefault(str(one["group"]), {})[one["name"]] = one["stats"]["min"]
     found: Ratios = {}
     for group, of_group in times.items():
-        names = [
-            name
-            for peer in PEERS
-            for name in of_group
-            if name.split("[")[0].endswith(peer) or name.endswith(peer)
-        ]
+        names = [name for peer in PEERS for name in of_group if _is(peer, name)]
         if names:
             found[group] = {n: t / of_group[names[0]] for n, t in of_group.items() if n != names[0]}
     return found

@@ -90,7 +90,7 @@ def simulate(
     if verdicts:
         simulate_verdicts(out, preset, count, seed, jobs)
     else:
-        simulate_scenes(out, (preset, seed, sensor, variety), count, jobs)
+        simulate_scenes(out, preset, count, seed, sensor, variety, jobs)
 
 
 def main() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import typer
@@ -15,21 +16,33 @@ from blockstab.simulation.writing import SHEET, write_simulated
 from models.entry import one_line_errors
 
 
-def simulate_scenes(out: Path, recipe: tuple[str, int, str, float], count: int, jobs: int) -> None:
-    """Make scenes; `recipe` has the preset, seed, sensor and variety of `Recipe`."""
-    begin = time.perf_counter()
-    with one_line_errors(stop, str(out)):
-        folders = write_simulated(out, Recipe(*recipe), count, jobs)
-        said = f"{len(folders)} scenes in {out}; look at {out / SHEET}. {census_of(folders).summary()}"
-    typer.echo(f"{said}. {time.perf_counter() - begin:.0f} s")
+def simulate_scenes(
+    out: Path, preset: str, count: int, seed: int, sensor: str, variety: float, jobs: int
+) -> None:
+    """Make scenes."""
+
+    def made() -> str:
+        folders = write_simulated(out, Recipe(preset, seed, sensor, variety), count, jobs)
+        return f"{len(folders)} scenes in {out}; look at {out / SHEET}. {census_of(folders).summary()}"
+
+    _say(made, out)
 
 
 def simulate_verdicts(out: Path, preset: str, count: int, seed: int, jobs: int) -> None:
     """Let boxes go."""
-    begin = time.perf_counter()
-    with one_line_errors(stop, str(out)):
+
+    def made() -> str:
         if preset != "blocks":
             raise ValueError(f"Verdicts are about blocks, not {preset}; leave --preset out.")
         files = write_verdicts(out, count, seed, jobs)
-        said = f"{len(files)} arrangements in {out}. {summary(files)}"
+        return f"{len(files)} arrangements in {out}. {summary(files)}"
+
+    _say(made, out)
+
+
+def _say(made: Callable[[], str], out: Path) -> None:
+    """Print what was made, and in how many seconds; or the mistake."""
+    begin = time.perf_counter()
+    with one_line_errors(stop, str(out)):
+        said = made()
     typer.echo(f"{said}. {time.perf_counter() - begin:.0f} s")

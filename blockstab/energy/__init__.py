@@ -45,8 +45,6 @@ def asked(potential: Potential, parts: Sequence[Tensor]) -> tuple[Tensor, ...]:
         return ()
     rows = torch.cat(list(parts))
     first = dict[bytes, int]()
-    alike = [first.setdefault(row.tobytes(), len(first)) for row in rows.detach().numpy()]
-    of_each = torch.tensor(alike, dtype=torch.int64)
-    once = torch.empty(len(first), dtype=torch.int64)
-    once[of_each] = torch.arange(len(rows))
+    alike = [first.setdefault(row.tobytes(), i) for i, row in enumerate(rows.detach().numpy())]
+    once, of_each = torch.unique(torch.tensor(alike, dtype=torch.int64), return_inverse=True)
     return torch.split(potential(rows[once])[of_each], [len(part) for part in parts])

@@ -78,10 +78,11 @@ class Problem:
         known = self._losses
         new = list(dict.fromkeys(s for s in segments if s not in known))
         large = [s for s in new if self.pixel_count(s) >= MIN_SEGMENT_PX]
-        known.update((s, float(self.pixel_count(s))) for s in new)
+        share = dict[Segment, float]()
         if large:
-            share = self.alone(self.describe.lone(large)).detach().clamp(0.0, 1.0)
-            known.update((s, known[s] * part) for s, part in zip(large, share.tolist(), strict=True))
+            judged = self.alone(self.describe.lone(large)).detach().clamp(0.0, 1.0)
+            share.update(zip(large, judged.tolist(), strict=True))
+        known.update((s, self.pixel_count(s) * share.get(s, 1.0)) for s in new)
         return [known[s] for s in segments]
 
     def pixel_count(self, segment: Segment) -> int:

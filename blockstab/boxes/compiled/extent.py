@@ -81,6 +81,23 @@ def along(points, x, y, z, height):
 
 
 @njit(error_model="numpy")
+def nearest_face(x, y, z, low, high):
+    """The face that coordinates along three axes are nearest to, 0 to 5 as in `Boxes`, and how near.
+
+    Args:
+        low, high: (3,) where the faces lie along each axis.
+    """
+    nearest, least = 0, np.inf
+    for k, place in enumerate((x, y, z)):
+        above, below = abs(high[k] - place), abs(place - low[k])
+        if above < least:
+            nearest, least = 2 * k, above
+        if below < least:
+            nearest, least = 2 * k + 1, below
+    return nearest, least
+
+
+@njit(error_model="numpy")
 def ends(values, rank):
     """The values that `rank` others are below, and above."""
     low, high = np.full(rank + 1, np.inf), np.full(rank + 1, -np.inf)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from blockstab.boxes.compiled.extent import enclose, flat_frame, surface_distances
+from blockstab.boxes.compiled.extent import enclose, flat_frame, nearest_face, surface_distances
 from blockstab.boxes.compiled.planes import crossed, first_plane, fixed_plane, perpendicular_plane
 from blockstab.boxes.compiled.refining import refine
 from blockstab.determinism.machine_code import fingerprint_of
@@ -110,23 +110,19 @@ def _mean_and_variance(distance):
 @njit(error_model="numpy")
 def _visible_share(points, center, origin, rotation, half):
     """As in `visibility.visible_share`; the camera lies at minus the origin of the points (3, n)."""
-    seen, ahead, shift = np.empty(6, dtype=np.bool_), 0.0, np.empty(3)
+    seen, shift, local = np.empty(6, dtype=np.bool_), np.zeros(3), np.empty(3)
     for k in range(3):
-        ahead, shift[k] = 0.0, 0.0
+        ahead = 0.0
         for j in range(3):
             ahead += (center[j] + origin[j]) * rotation[j, k]
             shift[k] += center[j] * rotation[j, k]
         seen[2 * k], seen[2 * k + 1] = ahead + half[k] < 0, -ahead + half[k] < 0
-    amount = 0
+    low, amount = -half, 0
     for i in range(points.shape[1]):
-        nearest, least = 0, np.inf
         for k in range(3):
-            local = points[0, i] * rotation[0, k] + points[1, i] * rotation[1, k]
-            local = local + points[2, i] * rotation[2, k] - shift[k]
-            if abs(local - half[k]) < least:
-                nearest, least = 2 * k, abs(local - half[k])
-            if abs(local + half[k]) < least:
-                nearest, least = 2 * k + 1, abs(local + half[k])
+            place = points[0, i] * rotation[0, k] + points[1, i] * rotation[1, k]
+            local[k] = place + points[2, i] * rotation[2, k] - shift[k]
+        nearest, _ = nearest_face(local[0], local[1], local[2], low, half)
         amount += seen[nearest]
     return amount / points.shape[1]
 

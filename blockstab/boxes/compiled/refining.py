@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from blockstab.boxes.compiled.extent import along, ends
+from blockstab.boxes.compiled.extent import along, ends, nearest_face
 from blockstab.boxes.compiled.planes import crossed
 from blockstab.boxes.compiled.symmetric import solved
 from blockstab.boxes.plane_fits import BORDER_SHARE, ON_FACE, REFINE_STEPS, RIDGE
@@ -35,13 +35,7 @@ def _nearest_faces(local, tolerance, face):
     for k in range(3):
         low[k], high[k] = ends(local[k], rank)
     for i in range(local.shape[1]):
-        nearest, least = -1, np.inf
-        for k in range(3):
-            above, below = abs(high[k] - local[k, i]), abs(local[k, i] - low[k])
-            if above < least:
-                nearest, least = 2 * k, above
-            if below < least:
-                nearest, least = 2 * k + 1, below
+        nearest, least = nearest_face(local[0, i], local[1, i], local[2, i], low, high)
         face[i] = nearest if least < ON_FACE * tolerance[i] else -1
 
 

@@ -47,6 +47,30 @@ def borders_of(atoms: Atoms) -> Borders:
     return Borders(first, second, atoms.border_px.double().numpy(), at, start)
 
 
+@njit(error_model="numpy")
+def borders_at(members, borders, s, inside, outline, interior):
+    """Write the borders of segment s along its outline, and inside; how many of either.
+
+    Args:
+        inside: (A,) the last segment that each atom was found in; outline, interior: (2 E,).
+    """
+    along, within = 0, 0
+    for m in range(members.start[s], members.start[s + 1]):
+        inside[members.atom[m]] = s
+    for m in range(members.start[s], members.start[s + 1]):
+        atom = members.atom[m]
+        for place in range(borders.start[atom], borders.start[atom + 1]):
+            border = borders.at[place]
+            first = borders.first[border] == atom
+            if inside[borders.second[border] if first else borders.first[border]] != s:
+                outline[along] = border
+                along += 1
+            elif first:
+                interior[within] = border
+                within += 1
+    return along, within
+
+
 def _kept_while(fingerprint):
     """The functions below; their machine code is made again when the fingerprint is another."""
 
@@ -84,20 +108,15 @@ def _kept_while(fingerprint):
         count, width = len(members.start) - 1, values.shape[1]
         found, length = np.zeros((count, width)), np.zeros(count)
         inside = np.full(len(values), -1)
+        outline, interior = np.empty(len(borders.at), np.int64), np.empty(len(borders.at), np.int64)
         for s in range(count):
-            for m in range(members.start[s], members.start[s + 1]):
-                inside[members.atom[m]] = s
-            for m in range(members.start[s], members.start[s + 1]):
-                atom = members.atom[m]
-                for place in range(borders.start[atom], borders.start[atom + 1]):
-                    border = borders.at[place]
-                    beyond = (
-                        borders.second[border] if borders.first[border] == atom else borders.first[border]
-                    )
-                    if inside[beyond] != s:
-                        length[s] += borders.pixels[border]
-                        for k in range(width):
-                            found[s, k] += borders.pixels[border] * values[beyond, k]
+            along, _ = borders_at(members, borders, s, inside, outline, interior)
+            for border in outline[:along]:
+                first, second = borders.first[border], borders.second[border]
+                beyond = second if inside[first] == s else first
+                length[s] += borders.pixels[border]
+                for k in range(width):
+                    found[s, k] += borders.pixels[border] * values[beyond, k]
             for k in range(width):
                 found[s, k] /= max(length[s], 1.0)
         return found, length

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from blockstab.determinism.machine_code import fingerprint_of
+from blockstab.features.compiled.members import borders_at
 
 
 class Graph(NamedTuple):
@@ -37,26 +38,6 @@ class Outlines(NamedTuple):
     greatest: np.ndarray  # (S,) strength inside
     saddle: np.ndarray  # (S,) the strongest border on the easiest way through
     pieces: np.ndarray  # (S,) parts that do not touch
-
-
-@njit(error_model="numpy")
-def _sorted_borders(members, borders, s, inside, outline, interior):
-    """Gather the borders of segment s; how many lie along its outline, and how many inside."""
-    along, within = 0, 0
-    for m in range(members.start[s], members.start[s + 1]):
-        inside[members.atom[m]] = s
-    for m in range(members.start[s], members.start[s + 1]):
-        atom = members.atom[m]
-        for place in range(borders.start[atom], borders.start[atom + 1]):
-            border = borders.at[place]
-            first = borders.first[border] == atom
-            if inside[borders.second[border] if first else borders.first[border]] != s:
-                outline[along] = border
-                along += 1
-            elif first:
-                interior[within] = border
-                within += 1
-    return along, within
 
 
 @njit(error_model="numpy")
@@ -166,7 +147,7 @@ def _kept_while(fingerprint):
         outline, interior = np.empty(len(borders.at), np.int64), np.empty(len(borders.at), np.int64)
         length, total = np.zeros(atoms), np.zeros(atoms)
         for s in range(count):
-            along, within = _sorted_borders(members, borders, s, inside, outline, interior)
+            along, within = borders_at(members, borders, s, inside, outline, interior)
             _along(s, outline[:along], members, borders, graph, inside, weak_below, found)
             _quantiles(s, outline[:along], borders, graph, shares, found)
             _weakest(s, outline[:along], borders, graph, inside, length, total, found)
