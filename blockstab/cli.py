@@ -73,7 +73,7 @@ def parse(
 def simulate(
     out: Annotated[Path, typer.Option(help="Folder for the scenes.")],
     preset: Annotated[
-        str, typer.Option(help="What kind of scenes: blocks, objects, grocery, desk.")
+        str, typer.Option(help="What kind of scenes: blocks, objects, grocery, desk, room.")
     ] = "blocks",
     count: Annotated[int, typer.Option(min=1, help="How many.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="Of the whole set.")] = 0,

@@ -92,7 +92,7 @@ def simulate_scene(recipe: Recipe, index: int) -> tuple[Frame, Truth]:
 def _resting_pile(kind: Preset, generator: torch.Generator) -> tuple[Pile, Contacts]:
     """A pile at rest, and who carries whom in it."""
     for _ in range(_ATTEMPTS):
-        pile = settle(kind.arrange(generator))
+        pile = settle(kind.arrange(generator), kind.reach)
         if pile is None:
             continue
         held = contacts(pile)

@@ -30,6 +30,8 @@ def test_scenes_of_a_preset_of_ones_own_have_names_that_are_fit_for_folders():
 
 @pytest.mark.parametrize("name", ["cubes", "tests.simulation.test_naming.NONE", "nowhere.at.ALL", "", "."])
 def test_what_is_not_there_is_refused_in_one_line_with_what_there_is(name):
-    with pytest.raises(ValueError, match="choose from: blocks, objects, grocery, desk, or name") as caught:
+    with pytest.raises(
+        ValueError, match="choose from: blocks, objects, grocery, desk, room, or name"
+    ) as caught:
         preset(name)
     assert "\n" not in str(caught.value)

@@ -110,8 +110,14 @@ def _total_pixels(pile: Pile, view: Viewpoint) -> Tensor:
     counts = []
     for i, corners in enumerate(view.pixels(pile.boxes().corners())):
         low, high = corners[:, :2].amin(dim=0).tolist(), corners[:, :2].amax(dim=0).tolist()
-        rows = torch.arange(max(0, math.floor(low[1])), min(height, math.ceil(high[1]) + 1))
-        columns = torch.arange(max(0, math.floor(low[0])), min(width, math.ceil(high[0]) + 1))
+        rows = _pixels_between(low[1], high[1], height)
+        columns = _pixels_between(low[0], high[0], width)
         rays = view.rays_at(*torch.meshgrid(rows.double(), columns.double(), indexing="ij"))
         counts.append(int(RayCaster(pile[[i]]).meets(view.center, rays).sum()))
     return torch.tensor(counts)
+
+
+def _pixels_between(low: float, high: float, size: int) -> Tensor:
+    """Rows or columns of a picture between two places; none where both are on one side of it."""
+    first, end = max(0, math.floor(low)), min(size, math.ceil(high) + 1)
+    return torch.arange(first, max(first, end))

@@ -1,8 +1,9 @@
-"""The furniture round a pile: a table in a room, or a shelf."""
+"""The furniture round a pile: a table in a room, a shelf, or the room itself."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import torch
 
@@ -27,7 +28,7 @@ def furnish(generator: torch.Generator, view: Viewpoint, pile: Pile, setting: Se
         Solids of the styles "table", "floor", "wall" and "shelf", in the table frame.
     """
     share = torch.rand(25, generator=generator, dtype=torch.float64).tolist()
-    rows = _shelf(share, view, pile) if setting == "shelf" else _table_room(share, view, pile)
+    rows = _ROUND.get(setting, _table_room)(share, view, pile)
     styles, centers, halves, yaws = zip(*rows, strict=True)
     return Pile(
         tuple(box(half, style) for half, style in zip(halves, styles, strict=True)),
@@ -78,3 +79,22 @@ def _shelf(share: list[float], view: Viewpoint, pile: Pile) -> list[Row]:
     if share[9] < 0.5:
         rows.append(("shelf", (0.0, -0.3 - 0.15 * share[10], middle), (wide, _BOARD, deep), 0.0))
     return rows
+
+
+def _walls(share: list[float], view: Viewpoint, pile: Pile) -> list[Row]:
+    """A floor, and behind the pile the two walls of a corner, or one."""
+    reach = float(pile.boxes().corners()[..., [0, 2]].norm(dim=-1).max()) + _FREE
+    behind = math.atan2(-float(view.center[0]), -float(view.center[2]))
+    rows: list[Row] = [("floor", (0.0, -_BOARD, 0.0), (6.0, _BOARD, 6.0), 0.0)]
+    turn = math.pi / 4 * (2 * share[0] - 1)
+    for away, far in (
+        (behind + turn, share[1]),
+        (behind + turn - math.copysign(math.pi / 2, turn), share[2]),
+    ):
+        distance = reach + _BOARD + 0.6 * far
+        place = (distance * math.sin(away), 1.3, distance * math.cos(away))
+        rows.append(("wall", place, (6.0, 1.3, _BOARD), away))
+    return rows
+
+
+_ROUND: dict[Setting, Callable[[list[float], Viewpoint, Pile], list[Row]]] = {"shelf": _shelf, "room": _walls}

@@ -14,10 +14,9 @@ from blockstab.rgbd.frame import Camera
 from blockstab.simulation.physics.solids import Pile
 from blockstab.simulation.sensors import Sensor
 
-Setting = Literal["table", "desk", "shelf"]
+Setting = Literal["table", "desk", "shelf", "room"]
 
 _TRIES = 20  # viewpoints tried until all of the pile is in the picture
-_FURTHEST = 1.4  # metres
 _CLEARANCE = 0.5  # metres between camera and pile, as structured light needs
 
 
@@ -29,12 +28,14 @@ class _Stance(NamedTuple):
         side_deg: how far from straight from the front it stands at most, to either side.
         span: of the picture's half width, that the pile takes, least and most.
         inside: share of the corners of the pile's boxes that must be in the picture.
+        furthest: from the middle of the pile, metres, where it need not be further to be clear of it.
     """
 
     down_deg: tuple[float, float]
     side_deg: float
     span: tuple[float, float] = (0.35, 0.95)
     inside: float = 1.0
+    furthest: float = 1.4
 
 
 _STANCES = {
@@ -42,6 +43,7 @@ _STANCES = {
     # A desk fills the picture, whose border cuts through some of what is on it.
     "desk": _Stance((30.0, 65.0), 180.0, span=(0.5, 1.6), inside=0.7),
     "shelf": _Stance((5.0, 25.0), 35.0),
+    "room": _Stance((20.0, 40.0), 180.0, span=(0.6, 1.0), inside=0.85, furthest=3.5),
 }
 
 
@@ -97,9 +99,9 @@ def draw_view(
     """A viewpoint at least half a metre from a pile, which spans a third of the picture or more, hardly rolled.
 
     On a table the camera looks down by 20 to 50 degrees, on a desk by 30 to 65, from any side. A shelf is open
-    towards +z: there the camera looks down by 5 to 25 degrees, within 35 degrees of straight from the front. Among
-    a few tries the first that has all of the pile in the picture, or most of it on a desk, is taken, or else the
-    last.
+    towards +z: there the camera looks down by 5 to 25 degrees, within 35 degrees of straight from the front. Into a
+    room it looks down by 20 to 40. Among a few tries the first that has all of the pile in the picture, or most of
+    it on a desk and in a room, is taken, or else the last.
     """
     corners, size = pile.boxes().corners().flatten(0, 1), (sensor.height_px, sensor.width_px)
     middle = (corners.amin(dim=0) + corners.amax(dim=0)) / 2
@@ -109,7 +111,7 @@ def draw_view(
     for _ in range(_TRIES):
         share = torch.rand(4, generator=generator, dtype=torch.float64)
         span = (narrow + (wide - narrow) * share[0]) * sensor.width_px / 2
-        wanted = (reach * sensor.camera.fx / span).clamp(max=_FURTHEST)
+        wanted = (reach * sensor.camera.fx / span).clamp(max=stance.furthest)
         distance = torch.maximum(wanted, reach + _CLEARANCE)
         elevation = torch.deg2rad(low + (high - low) * share[1])
         azimuth = math.pi / 2 + torch.deg2rad(stance.side_deg * (2.0 * share[2] - 1.0))

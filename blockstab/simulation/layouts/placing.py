@@ -22,7 +22,7 @@ LIFT = 0.001  # metres; so low a drop does not upset a structure
 UPRIGHT = torch.eye(3, dtype=torch.float64)
 _CLEARANCE = 0.003  # metres between structures
 _TRIES = 100  # places tried for a structure, further and further out
-_DRAWS = 20  # structures drawn for one more place
+_DRAWS = 20  # structures drawn for one more place, where nothing else is said
 _REACH = 0.45  # metres from the middle of the table that a corner may be
 _LEVEL = 1e-6  # metres; lowest points closer than this are at one level
 
@@ -87,9 +87,18 @@ def lifted(pile: Pile) -> Pile:
 
 
 def side_by_side(
-    generator: torch.Generator, structures: Sequence[Structure], goal: tuple[int, int], most: int
+    generator: torch.Generator,
+    structures: Sequence[Structure],
+    goal: tuple[int, int],
+    most: int,
+    reach: float = _REACH,
+    draws: int = _DRAWS,
 ) -> Pile:
-    """Draw structures and place one beside another on the table.
+    """Draw structures and place one beside another.
+
+    Args:
+        reach: metres from the middle that a corner may be.
+        draws: of structures, at most.
 
     Returns:
         A pile in the table frame of at least as many solids as a number drawn from `goal` (least, greatest),
@@ -97,25 +106,27 @@ def side_by_side(
     """
     enough = whole(generator, *goal)
     parts: list[Pile] = []
-    for _ in range(_DRAWS):
+    for _ in range(draws):
         room = most - sum(map(len, parts))
         if most - room >= enough:
             break
         structure = lifted(choice(generator, structures)(generator))
-        placed = beside(generator, structure, parts) if len(structure) <= room else None
+        placed = beside(generator, structure, parts, reach) if len(structure) <= room else None
         parts += [] if placed is None else [placed]
     return concatenate(parts)
 
 
-def beside(generator: torch.Generator, structure: Pile, parts: list[Pile]) -> Pile | None:
-    """Turn and shift a structure to a free place near the middle; None where there is none within reach."""
+def beside(
+    generator: torch.Generator, structure: Pile, parts: list[Pile], reach: float = _REACH
+) -> Pile | None:
+    """Turn and shift a structure to a free place near the middle; None where there is none within reach, metres."""
     for attempt in range(_TRIES):
         yaw, angle, share = torch.rand(3, generator=generator, dtype=torch.float64)
-        radius = float(_REACH * attempt / _TRIES * share.sqrt())
+        radius = float(reach * attempt / _TRIES * share.sqrt())
         angle = float(2 * math.pi * angle)
         turned = structure.moved(about_up(2 * math.pi * yaw), torch.zeros(3, dtype=torch.float64))
         moved = shifted(turned, x=radius * math.cos(angle), z=radius * math.sin(angle))
-        in_reach = bool((moved.boxes().corners()[..., [0, 2]].norm(dim=-1) < _REACH).all())
+        in_reach = bool((moved.boxes().corners()[..., [0, 2]].norm(dim=-1) < reach).all())
         if in_reach and (not parts or clear(moved, concatenate(parts), _CLEARANCE)):
             return moved
     return None
@@ -123,6 +134,14 @@ def beside(generator: torch.Generator, structure: Pile, parts: list[Pile]) -> Pi
 
 def clear(first: Pile, second: Pile, clearance: float) -> bool:
     """True if all bounding boxes of one pile are at least `clearance` metres from all of the other."""
+    boxes, radius = concatenate([first, second]).boxes(), torch.cat([_radius(first), _radius(second)])
     i = torch.arange(len(first)).repeat_interleave(len(second))
     j = len(first) + torch.arange(len(second)).repeat(len(first))
-    return bool((separation(concatenate([first, second]).boxes(), i, j).gap >= clearance).all())
+    # The balls round two boxes are looked at first: most pairs are so far apart that these do not touch.
+    near = (boxes.center[i] - boxes.center[j]).norm(dim=1) < radius[i] + radius[j] + clearance
+    return bool((separation(boxes, i[near], j[near]).gap >= clearance).all())
+
+
+def _radius(pile: Pile) -> Tensor:
+    radius: Tensor = pile.boxes().half_extent.norm(dim=1)
+    return radius

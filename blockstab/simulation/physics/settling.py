@@ -20,23 +20,25 @@ _WATCH = 0.5  # seconds for which a thing at rest must keep its pose
 _REST_SHIFT = 0.0005  # metres
 _REST_TURN = math.radians(0.2)
 _REST_SPEED = 0.005  # metres and radians a second
-_REACH = 0.5  # metres along x or z from the middle of the table; what gets further is lost
 _FALL_SECONDS = 1.5
 _FALL_SHIFT = 0.01  # metres; less than the thinnest plank, off which a thing falls
 _FALL_TURN = math.radians(10.0)
 _ROUND = ("sphere", "cylinder", "bowl", "bottle")
 
 
-def settle(pile: Pile) -> Pile | None:
+def settle(pile: Pile, reach: float = 0.5) -> Pile | None:
     """Let go of a pile and wait until it rests.
+
+    Args:
+        reach: metres along x or z from the middle of the table; what gets further is lost.
 
     Returns:
         The pile as it lies: for half a second each solid has moved less than 0.5 mm and turned less than 0.2
         degrees, and all speeds are below 5 mm/s and 5 mrad/s. None where that does not happen within 4 s, or
-        something gets further than 0.5 m from the middle of the table along x or z.
+        something is lost.
     """
     for after, resting in _until_rest(pile, _LONGEST_SETTLE):
-        if bool((after.center[:, [0, 2]].abs() > _REACH).any()):
+        if bool((after.center[:, [0, 2]].abs() > reach).any()):
             return None
         if resting:
             return after

@@ -1,4 +1,4 @@
-"""Everyday shapes beside the box: cylinders, balls, bowls, bottles, brackets, screens, laptops, mice."""
+"""Everyday shapes beside the box: cylinders, balls, bowls, bottles, brackets, laptops, tables, chairs and more."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ _FOOT = 0.55  # radius of a bowl's foot, share of its rim's
 _BODY, _NECK, _NECK_RADIUS = 0.62, 0.24, 0.36  # of a bottle: share of its height, and of its radius
 _ROUND = 24  # corners of a circle in a hull
 _PLATE = 0.01  # metres, half the thickness of screens and laptops
+_BOARD = 0.015  # metres, half the thickness of tables and of the backs of chairs
 _LEAN = 0.15  # how far a laptop's lid leans back, share of its depth
 
 
@@ -98,6 +99,25 @@ def mouse(half_extent: Sequence[float], style: str = "mouse", density: float = 5
     rings = [_circle(math.cos(a), math.sin(a)) for a in up.tolist()]
     points = torch.cat(rings) * _vector(wide, 2 * tall, deep) - _vector(0.0, tall, 0.0)
     return Solid("mouse", style, _vector(wide, tall, deep), (_hull(points),), density)
+
+
+def table(half_extent: Sequence[float], style: str = "block", density: float = 500.0) -> Solid:
+    """A board on two panels, metres."""
+    wide, tall, deep = half_extent
+    top = _part("box", _vector(wide, _BOARD, deep), y=tall - _BOARD)
+    sides = [
+        _part("box", _vector(_BOARD, tall - _BOARD, deep - _BOARD), x=side * (wide - 3 * _BOARD), y=-_BOARD)
+        for side in (-1, 1)
+    ]
+    return Solid("table", style, _vector(wide, tall, deep), (top, *sides), density)
+
+
+def chair(half_extent: Sequence[float], style: str = "block", density: float = 300.0) -> Solid:
+    """A seat on a block, half as high as the whole, with a back at its -z side, metres."""
+    wide, tall, deep = half_extent
+    seat = _part("box", _vector(wide, tall / 2, deep), y=-tall / 2)
+    back = _part("box", _vector(wide, tall / 2, _BOARD), y=tall / 2, z=_BOARD - deep)
+    return Solid("chair", style, _vector(wide, tall, deep), (seat, back), density)
 
 
 def _stave(radius: float, half_height: float, wall: float, k: int) -> Part:

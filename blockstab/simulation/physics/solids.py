@@ -41,7 +41,7 @@ class Solid:
 
     Args:
         kind: its shape, as the truth names it: "box", "cylinder", "sphere", "bowl", "bottle", "l_shape",
-            "screen", "laptop", "mouse".
+            "screen", "laptop", "mouse", "table", "chair".
         style: what it is made up as: "block", "plank", "book", "carton", "tin", "can", "ball", "bowl", "plate",
             "bottle", "bracket", "screen", "laptop", "keyboard", "mouse", "pen", "tool", "phone"; the furniture's
             are "table", "floor", "wall", "shelf".
@@ -90,11 +90,11 @@ class Pile:
 
 
 def concatenate(piles: Sequence[Pile]) -> Pile:
-    """One pile from several, in order."""
+    """One pile from several, in order; an empty one from none."""
     return Pile(
         tuple(solid for pile in piles for solid in pile.solids),
-        torch.cat([pile.center for pile in piles]),
-        torch.cat([pile.rotation for pile in piles]),
+        torch.cat([torch.empty(0, 3, dtype=torch.float64), *(pile.center for pile in piles)]),
+        torch.cat([torch.empty(0, 3, 3, dtype=torch.float64), *(pile.rotation for pile in piles)]),
     )
 
 

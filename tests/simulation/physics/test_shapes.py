@@ -9,7 +9,18 @@ import torch
 from torch import Tensor
 
 from blockstab.simulation.physics.engine import world
-from blockstab.simulation.physics.shapes import bottle, bowl, cylinder, l_shape, laptop, mouse, screen, sphere
+from blockstab.simulation.physics.shapes import (
+    bottle,
+    bowl,
+    chair,
+    cylinder,
+    l_shape,
+    laptop,
+    mouse,
+    screen,
+    sphere,
+    table,
+)
 from blockstab.simulation.physics.solids import Part, Solid, box
 from tests.simulation.resting import put
 from tests.tolerance import EXACT
@@ -30,6 +41,8 @@ SHAPES = [
     (laptop((0.17, 0.1, 0.14), 0.1), 0.34 * 0.238 * 0.02 + 0.34 * 0.18 * 0.01),
     # Six frustums between rings of 24 corners hold 97.18 % of half an ellipsoid.
     (mouse((0.03, 0.02, 0.05)), 0.9718 * 2 / 3 * math.pi * 0.03 * 0.04 * 0.05),
+    (table((0.7, 0.37, 0.36)), 1.4 * 0.03 * 0.72 + 2 * 0.03 * 0.71 * 0.69),
+    (chair((0.22, 0.44, 0.23)), 0.44 * 0.44 * 0.46 + 0.44 * 0.44 * 0.03),
     (
         bottle(0.04, 0.14),
         math.pi * 0.04**2 * 0.28 * (0.62 + 0.24 * 0.36**2 + 0.14 * (1 + 0.36 + 0.36**2) / 3),
