@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from joblib import Parallel, delayed
+from joblib import delayed
 from rich.console import Console
 from rich.progress import track
 
@@ -20,6 +20,7 @@ from blockstab.evaluation.metrics import boundary_recall, inner_border, underseg
 from blockstab.evaluation.scoring import Score
 from blockstab.evaluation.scoring.prediction import object_ids
 from blockstab.evaluation.scoring.rows import Scored, rows_of
+from blockstab.executors import each_done
 from blockstab.observation import estimated_ground, observe
 from blockstab.output.export import write_whole
 
@@ -42,9 +43,7 @@ def scored(scene: str, data: FolderScenes) -> dict[str, float]:
 def results(data: FolderScenes, jobs: int) -> dict[str, Any]:
     """In the form of `evaluate.py`."""
     begin, scenes = time.perf_counter(), data.scenes()
-    done = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(partial(scored, data=data))(s) for s in scenes
-    )
+    done = each_done((delayed(partial(scored, data=data))(s) for s in scenes), jobs)
     per_image = dict(
         zip(scenes, track(done, "atoms", len(scenes), console=Console(stderr=True)), strict=True)
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from joblib import Parallel, delayed
+from joblib import delayed
 from rich.console import Console
 from rich.progress import track
 from safetensors.torch import load_file, save
@@ -19,6 +19,7 @@ from torch import Tensor
 from blockstab.datasets.sets import SceneSet
 from blockstab.determinism.fingerprint import fingerprint
 from blockstab.energy.overlap import Parts
+from blockstab.executors import each_done
 from blockstab.output.export import write_whole
 from blockstab.proposals import stamp_of
 from models.potentials.examples import ExampleMaker
@@ -42,7 +43,7 @@ def gathered(
         overwrite: make them anew even where the cache holds them.
     """
     make = partial(examples_of, data=data, maker=maker, seed=seed, cache=cache, overwrite=overwrite)
-    results = Parallel(n_jobs=jobs, return_as="generator")(delayed(make)(scene) for scene in scenes)
+    results = each_done((delayed(make)(scene) for scene in scenes), jobs)
     return list(track(results, "examples", len(scenes), console=Console(stderr=True)))
 
 

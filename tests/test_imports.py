@@ -15,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 ORDER = (
     *(
         "determinism",
+        "executors",
         "geometry",
         "rgbd",
         "segments",
@@ -28,7 +29,7 @@ ORDER = (
     *("datasets", "simulation", "evaluation", "testing", "commands", "cli"),
 )
 LEARNED = ("potentials", "shipped", "gathering", "boundary", "stages", "configured", "entry", "programs")
-HEAVY = ("open3d", "pytorch_lightning", "mujoco", "plotly", "sklearn", "hydra", "numba")
+HEAVY = ("open3d", "pytorch_lightning", "mujoco", "plotly", "sklearn", "hydra", "numba", "ray")
 SOURCES = sorted((ROOT / "blockstab").rglob("*.py"))
 OF_MODELS = sorted((ROOT / "models").rglob("*.py"))
 

@@ -15,7 +15,7 @@ from blockstab.output.batch import Job, parse_all
 from blockstab.proposals.files import SCENE
 from blockstab.rgbd.frame import Camera, read_images, read_scene
 from blockstab.rgbd.noise import NOISES
-from models.configured import composed, parser_maker
+from models.configured import composed, made, parser_maker
 from models.entry import one_line_errors
 
 
@@ -56,7 +56,8 @@ def parse_scenes(
     with one_line_errors(stop, str(out)):
         with one_line_errors(_refuse):
             cfg = composed("parse", [*chosen, *settings], given, config_dir)
-        outcomes = parse_all(work, parser_maker(cfg)(cfg), out, workers=jobs, overwrite=overwrite)
+        with made(cfg.executor):
+            outcomes = parse_all(work, parser_maker(cfg)(cfg), out, workers=jobs, overwrite=overwrite)
     failed = sum(outcome.error is not None for outcome in outcomes)
     typer.echo(f"{len(outcomes) - failed} of {len(outcomes)} scenes parsed; reports: {out}/*/report.html")
     if failed:

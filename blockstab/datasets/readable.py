@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from joblib import Parallel, delayed
+from joblib import delayed
 from rich.console import Console
 from rich.progress import track
 
 from blockstab.datasets.sets import SceneSet
+from blockstab.executors import each_done
 
 
 def readable(data: SceneSet, scenes: Sequence[str], strict: bool = False, jobs: int = 1) -> list[str]:
@@ -22,7 +23,7 @@ def readable(data: SceneSet, scenes: Sequence[str], strict: bool = False, jobs: 
         ValueError: a scene is damaged and `strict`, or all are.
     """
     console = Console(stderr=True)
-    faults = Parallel(n_jobs=jobs, return_as="generator")(delayed(_fault)(data, scene) for scene in scenes)
+    faults = each_done((delayed(_fault)(data, scene) for scene in scenes), jobs)
     good = []
     for scene, fault in zip(scenes, track(faults, "reading", len(scenes), console=console), strict=True):
         if fault is None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from joblib import Parallel, delayed
+from joblib import delayed
 
 from blockstab.datasets.sets import SceneSet
 from blockstab.determinism.fingerprint import fingerprint
@@ -17,6 +17,7 @@ from blockstab.evaluation.scoring import Score, score_scene
 from blockstab.evaluation.scoring.course import Following, mean_course, read_course
 from blockstab.evaluation.scoring.prediction import object_ids
 from blockstab.evaluation.scoring.rows import Scored, rows_of
+from blockstab.executors import each_done
 from blockstab.output.batch import Job, make_all
 from blockstab.output.maker import Maker, Parsing
 from blockstab.parsing.parser import Parser
@@ -60,7 +61,7 @@ class Comparison:
         folders = self._make("predictions", makers)
         wanted = {name: (folders[name], method.scores) for name, method in methods.items()}
         tasks = (delayed(scores_of)(self.data, scene, wanted) for scene in self.scenes)
-        each = list(zip(self.scenes, Parallel(n_jobs=self.jobs)(tasks), strict=True))
+        each = list(zip(self.scenes, each_done(tasks, self.jobs), strict=True))
         return rows_of(
             [
                 Scored(

@@ -9,10 +9,11 @@ from functools import cache
 from pathlib import Path
 
 import torch
-from joblib import Parallel, delayed
+from joblib import delayed
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from blockstab.executors import each_done
 from blockstab.output.export import write_whole
 from blockstab.output.maker import Maker, Parsing
 from blockstab.parsing.look import Look
@@ -84,7 +85,7 @@ def make_all(
         )
     made_by = {out: maker.fingerprint for out, maker in makers.items()}
     tasks = (delayed(_make_each)(job, makers, made_by, overwrite) for job in jobs)
-    outcomes = Parallel(n_jobs=workers, return_as="generator_unordered")(tasks)
+    outcomes = each_done(tasks, workers, in_order=False)
     done = list(followed(outcomes, len(jobs), "parsing"))
     return {out: sorted((each[out] for each in done), key=lambda o: names.index(o.name)) for out in makers}
 

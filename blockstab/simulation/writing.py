@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from joblib import Parallel, delayed
+from joblib import delayed
 from rich.console import Console
 from rich.progress import Progress
 
 from blockstab.datasets.folder import BOUNDARY, IMAGES, META, write_scene
+from blockstab.executors import Work, each_done
 from blockstab.output.export import write_whole
 from blockstab.simulation.census import CENSUS, census_of
 from blockstab.simulation.contact_sheet import contact_sheet
@@ -63,11 +64,11 @@ def check_amounts(count: int, jobs: int) -> None:
         )
 
 
-def run_all(work: Sequence[tuple[Callable[..., Any], Any, Any]], jobs: int, doing: str, total: int) -> None:
+def run_all(work: Sequence[Work], jobs: int, doing: str, total: int) -> None:
     """Run delayed calls side by side under a progress bar; of `total` things, all others are done."""
     with Progress(console=Console(stderr=True)) as progress:
         task = progress.add_task(doing, total=total, completed=total - len(work))
-        for _ in Parallel(n_jobs=jobs, return_as="generator_unordered")(work):
+        for _ in each_done(work, jobs, in_order=False):
             progress.advance(task)
 
 

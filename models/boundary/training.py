@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import torch
-from joblib import Parallel, delayed
+from joblib import delayed
 from rich.console import Console
 from rich.progress import track
 from scipy.ndimage import distance_transform_edt, gaussian_filter
@@ -21,6 +21,7 @@ from blockstab.boundaries.edge_models import LogisticWeights
 from blockstab.datasets.sets import SceneSet
 from blockstab.determinism.fingerprint import fingerprint
 from blockstab.evaluation.metrics.borders import borders
+from blockstab.executors import each_done
 from models.gathering import kept_tensors, scene_generator
 from models.shipped import read_learned, write_learned
 
@@ -57,7 +58,7 @@ def train_boundary(
     from sklearn.metrics import roc_auc_score
 
     rows = partial(boundary_rows, data=data, seed=seed, cache=cache, overwrite=overwrite)
-    done = Parallel(n_jobs=jobs, return_as="generator")(delayed(rows)(scene) for scene in scenes)
+    done = each_done((delayed(rows)(scene) for scene in scenes), jobs)
     parts = list(track(done, "boundaries", len(scenes), console=Console(stderr=True)))
     features, target = (torch.cat(tensors).numpy() for tensors in zip(*parts, strict=True))
     fitted = LogisticRegression(max_iter=1000).fit(features, target)

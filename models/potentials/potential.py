@@ -7,12 +7,13 @@ from functools import partial
 from typing import NamedTuple
 
 import torch
-from joblib import Parallel, delayed
+from joblib import delayed
 from rich.console import Console
 from rich.progress import track
 from torch import Tensor
 
 from blockstab.determinism.threads import one_thread
+from blockstab.executors import each_done
 from models.potentials.calibration import platt
 from models.potentials.heads import HeadFactory, Potential, initialised
 from models.potentials.losses import balanced_weights, squared_epsilon_insensitive
@@ -158,7 +159,7 @@ def _side_by_side(
 ) -> list[Potential]:
     """For each way to fit, a potential of each choice of rows."""
     work = [delayed(_fitted)(fit, features[t], target[t], weight[t]) for fit in fits for t in trains]
-    done = Parallel(n_jobs=jobs, return_as="generator")(work)
+    done = each_done(work, jobs)
     console = Console(stderr=True)
     return list(
         track(done, "fits", len(work), transient=True, console=console, disable=not console.is_terminal)

@@ -44,8 +44,9 @@ def run(cfg: DictConfig) -> None:
     # All are made before any of them works: a misspelt one stops here, not after hours.
     prepared: RowMaker = made(cfg.experiment.shows)(cfg)
     chosen = scenes_of(data, split, cfg.part, Path(cfg.splits))
-    scenes = readable(data, chosen, cfg.strict, cfg.jobs)
-    comparison = Comparison(data, scenes, out, cfg.seed, cfg.jobs, cfg.overwrite)
+    with made(cfg.executor):
+        scenes = readable(data, chosen, cfg.strict, cfg.jobs)
+        rows = prepared(Comparison(data, scenes, out, cfg.seed, cfg.jobs, cfg.overwrite))
     results = {
         "experiment": cfg.experiment.name,
         "data": {
@@ -56,7 +57,7 @@ def run(cfg: DictConfig) -> None:
             "left_out": sorted(set(chosen) - set(scenes)),
         },
         "methods": None if cfg.methods is None else list(cfg.methods),
-        "rows": prepared(comparison),
+        "rows": rows,
         "seed": cfg.seed,
         "seconds": round(time.perf_counter() - begin, 2),
         "versions": {"blockstab": blockstab.__version__, "torch": torch.__version__},

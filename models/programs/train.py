@@ -45,7 +45,8 @@ def run(cfg: DictConfig) -> float | None:
     data = made(cfg.data)
     chosen = scenes_of(data, made(cfg.split), cfg.part, Path(cfg.splits))
     train: Callable[..., float | None] = made(cfg.task)
-    return train(cfg, data, readable(data, chosen, cfg.strict, cfg.jobs))
+    with made(cfg.executor):
+        return train(cfg, data, readable(data, chosen, cfg.strict, cfg.jobs))
 
 
 def train_potentials(cfg: DictConfig, data: SceneSet, scenes: list[str]) -> float:

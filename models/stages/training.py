@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from joblib import Parallel, delayed
+from joblib import delayed
 from rich.console import Console
 from rich.progress import track
 from torch import Tensor
@@ -17,6 +17,7 @@ from torch import Tensor
 from blockstab.boundaries.edge_models import EdgeModel, FixedWeights
 from blockstab.datasets.sets import SceneSet
 from blockstab.determinism.fingerprint import fingerprint
+from blockstab.executors import each_done
 from blockstab.features.appearance.pair_columns import Variant, describe_regions, edgelet_appearance
 from blockstab.observation import estimated_ground, observe
 from blockstab.proposals.silberman import Order, merged_once
@@ -98,7 +99,7 @@ class StageTrainer:
         facts = []
         for number, step in enumerate(self.plan, start=1):
             rows = partial(self.rows, data=data, stages=stages, cache=cache, overwrite=overwrite)
-            done = Parallel(n_jobs=jobs, return_as="generator")(delayed(rows)(scene) for scene in scenes)
+            done = each_done((delayed(rows)(scene) for scene in scenes), jobs)
             title = f"stage {number} of {len(self.plan)}"
             parts = list(track(done, title, len(scenes), console=Console(stderr=True)))
             features, within = (torch.cat(tensors) for tensors in zip(*parts, strict=True))
