@@ -5,17 +5,14 @@ from __future__ import annotations
 from html import escape
 from importlib.resources import files
 from string import Template
-from typing import TYPE_CHECKING
 
 from blockstab.output.figures.boxes import boxes_figure
+from blockstab.output.figures.figure import division
 from blockstab.output.figures.images import depth_figure, energy_figure, segments_figure
 from blockstab.output.figures.marks import RED, margin_mm, segment_colors, state
 from blockstab.output.figures.supports import support_figure
 from blockstab.parsing.parsed import Parsed
 from blockstab.stability.support import GROUND, SupportType
-
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
 
 UNSURE = 0.5  # below this confidence of the up direction the page warns
 
@@ -42,19 +39,8 @@ def report_html(parsed: Parsed) -> str:
         notes="".join(f'<p class="unsure">{escape(note)}</p>' for note in _notes(parsed)),
         table=_table(parsed),
         footer=escape(_footer(parsed)),
-        **{key: _division(figure, key) for key, figure in figures.items()},
+        **{key: division(figure, key, key == "boxes") for key, figure in figures.items()},
     )
-
-
-def _division(figure: Figure, key: str) -> str:
-    figure.update_layout(template="plotly_white", font={"size": 12, "color": "#333"})
-    division: str = figure.to_html(
-        full_html=False,
-        include_plotlyjs=False,
-        div_id=f"figure-{key}",
-        config={"displayModeBar": False, "responsive": True, "scrollZoom": key == "boxes"},
-    )
-    return division
 
 
 def _summary(parsed: Parsed) -> str:

@@ -33,14 +33,14 @@ class Look:
 
     def search_input(
         self, ground_of: GroundFinder, edges: EdgeModel, proposal: Proposal
-    ) -> tuple[SearchInput, float]:
-        """The image made ready, and the seconds that it took, whoever asked first."""
+    ) -> tuple[SearchInput, dict[str, float]]:
+        """The image made ready, and the seconds that each stage took, whoever asked first."""
         frame = self.frame
         observation, looking = self._once(lambda: observe(frame, ground_of, edges), ground_of, edges)
         search_input, dividing = self._once(
             lambda: make_search_input(observation, proposal), observation, proposal
         )
-        return search_input, looking + dividing
+        return search_input, {"observation": looking, "proposal": dividing}
 
     def masks(self, pool: Pool, search_input: SearchInput) -> tuple[Sequence[Segment], float]:
         """The masks of a pool, and the seconds that they took."""

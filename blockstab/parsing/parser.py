@@ -131,9 +131,8 @@ class Parser:
 
     def search_in(self, look: Look) -> tuple[Problem, SearchResult, dict[str, float]]:
         """The problem of the search, its result, and the seconds that each stage took."""
-        search_input, seeing = look.search_input(self.ground_of, self.edges, self.proposal)
-        masks, offering = look.masks(self.pool, search_input)
-        seconds = {"segments": seeing + offering}
+        search_input, seconds = look.search_input(self.ground_of, self.edges, self.proposal)
+        masks, seconds["pool"] = look.masks(self.pool, search_input)
         with _timed(seconds, "search"), uncollected():
             problem = self.problem(search_input, masks)
             generator = torch.Generator().manual_seed(self.seed)

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from blockstab.output.figures.figure import Figure, Trace
 from blockstab.output.figures.marks import describe, segment_colors
 from blockstab.parsing.parsed import Parsed
-
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure, Scatter3d
 
 CLOUD_POINTS = 25_000  # more make a large file and a slow turn of the hand
 FIELD_OF_VIEW_DEG = 45.0  # plotly's
@@ -24,17 +22,19 @@ def boxes_figure(parsed: Parsed) -> Figure:
 
     What lies far from the objects, such as the walls of a room, is left out.
     """
-    import plotly.graph_objects as go
-
     objects = (~parsed.scene.background).nonzero().flatten()
     middle, radius = _sphere(parsed, objects)
     low, high = middle - 1.7 * radius, middle + 1.7 * radius
-    figure = go.Figure([_cloud(parsed, low, high), *_wireframes(parsed, objects), _names(parsed, objects)])
     axes = {
-        f"{name}axis": {"range": [float(low[k]), float(high[k])], "title": f"{name}, m", "nticks": 6}
+        f"{name}axis": {
+            "range": [float(low[k]), float(high[k])],
+            "title": {"text": f"{name}, m"},
+            "nticks": 6,
+        }
         for k, name in enumerate("xyz")
     }
-    return figure.update_layout(
+    return Figure(
+        [_cloud(parsed, low, high), *_wireframes(parsed, objects), _names(parsed, objects)],
         scene={**axes, "aspectmode": "cube", "camera": _camera(middle, radius), "dragmode": "orbit"},
         showlegend=False,
         height=672,
@@ -69,58 +69,52 @@ def _camera(middle: Tensor, radius: float) -> dict[str, Any]:
     }
 
 
-def _cloud(parsed: Parsed, low: Tensor, high: Tensor) -> Scatter3d:
-    import plotly.graph_objects as go
-
+def _cloud(parsed: Parsed, low: Tensor, high: Tensor) -> Trace:
     inside = parsed.cloud.valid & ((parsed.cloud.points > low) & (parsed.cloud.points < high)).all(dim=-1)
     step = max(1, math.ceil(math.sqrt(int(inside.sum()) / CLOUD_POINTS)))
     kept = inside[::step, ::step]
     points = parsed.cloud.points[::step, ::step][kept]
     color = parsed.frame.color[::step, ::step][kept].cpu().numpy()
-    return go.Scatter3d(
-        **_xyz(points),
-        mode="markers",
-        marker={"size": 4, "color": [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in color.tolist()]},
-        hoverinfo="skip",
-        name="cloud",
-    )
+    return {
+        **_scattered(points),
+        "mode": "markers",
+        "marker": {"size": 4, "color": [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in color.tolist()]},
+        "hoverinfo": "skip",
+        "name": "cloud",
+    }
 
 
-def _wireframes(parsed: Parsed, objects: Tensor) -> list[Scatter3d]:
-    import plotly.graph_objects as go
-
+def _wireframes(parsed: Parsed, objects: Tensor) -> list[Trace]:
     boxes, colors = parsed.scene.boxes, segment_colors(parsed.scene)
     pen_up = torch.full((len(boxes), 12, 1, 3), torch.nan, dtype=torch.float64)
     lines = torch.cat([boxes.edges(), pen_up], dim=2).flatten(1, 2)
     return [
-        go.Scatter3d(
-            **_xyz(lines[i]),
-            mode="lines",
-            line={"color": colors[i], "width": 5},
-            hovertext=describe(parsed, i),
-            hoverinfo="text",
-            name=f"box {parsed.ids[i]}",
-        )
+        {
+            **_scattered(lines[i]),
+            "mode": "lines",
+            "line": {"color": colors[i], "width": 5},
+            "hovertext": describe(parsed, i),
+            "hoverinfo": "text",
+            "name": f"box {parsed.ids[i]}",
+        }
         for i in objects.tolist()
     ]
 
 
-def _names(parsed: Parsed, objects: Tensor) -> Scatter3d:
-    import plotly.graph_objects as go
-
+def _names(parsed: Parsed, objects: Tensor) -> Trace:
     boxes, colors = parsed.scene.boxes, segment_colors(parsed.scene)
     tops = boxes.center[objects].clone()
     tops[:, 1] = boxes.corners()[objects][..., 1].amax(dim=1) + 0.01
-    return go.Scatter3d(
-        **_xyz(tops),
-        mode="text",
-        text=[f"<b>{parsed.ids[i]}</b>" for i in objects.tolist()],
-        textfont={"color": [colors[i] for i in objects.tolist()], "size": 15},
-        hoverinfo="skip",
-        name="ids",
-    )
+    return {
+        **_scattered(tops),
+        "mode": "text",
+        "text": [f"<b>{parsed.ids[i]}</b>" for i in objects.tolist()],
+        "textfont": {"color": [colors[i] for i in objects.tolist()], "size": 15},
+        "hoverinfo": "skip",
+        "name": "ids",
+    }
 
 
-def _xyz(points: Tensor) -> dict[str, Any]:
+def _scattered(points: Tensor) -> Trace:
     columns = points.T.cpu().numpy().astype(np.float32)
-    return dict(zip("xyz", columns, strict=True))
+    return {"type": "scatter3d", **dict(zip("xyz", columns, strict=True))}

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
+from blockstab.output.figures.figure import Figure, Trace
 from blockstab.output.figures.marks import GREEN, describe, image_middles, segment_colors
 from blockstab.parsing.parsed import Parsed
 from blockstab.stability.support import GROUND, SupportType
-
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure, Scatter
 
 Place = tuple[float, float]
 
@@ -22,8 +20,6 @@ def support_figure(parsed: Parsed) -> Figure:
 
     Background takes part where it supports something. The ground plane is a green dashed circle below all.
     """
-    import plotly.graph_objects as go
-
     scene, colors = parsed.scene, segment_colors(parsed.scene)
     places = _places(parsed)
     shown = sorted(set(places) - {GROUND})
@@ -38,23 +34,24 @@ def support_figure(parsed: Parsed) -> Figure:
     arrows = [
         _arrows(kind, [(places[a], places[b]) for a, b, t in relations if t == kind]) for kind in SupportType
     ]
-    nodes = go.Scatter(
-        x=[places[i][0] for i in shown],
-        y=[places[i][1] for i in shown],
-        text=[f"<b>{parsed.ids[i]}</b>" for i in shown],
-        hovertext=[describe(parsed, i) for i in shown],
-        hoverinfo="text",
-        mode="markers+text",
-        textfont={"color": "white", "size": 12},
-        marker={"size": NODE_PX, "opacity": 1, "color": [colors[i] for i in shown]},
-        showlegend=False,
-        name="segments",
-    )
-    figure = go.Figure([*arrows, nodes])
-    _add_ground(figure, places[GROUND])
-    return figure.update_layout(
+    nodes = {
+        "type": "scatter",
+        "x": [places[i][0] for i in shown],
+        "y": [places[i][1] for i in shown],
+        "text": [f"<b>{parsed.ids[i]}</b>" for i in shown],
+        "hovertext": [describe(parsed, i) for i in shown],
+        "hoverinfo": "text",
+        "mode": "markers+text",
+        "textfont": {"color": "white", "size": 12},
+        "marker": {"size": NODE_PX, "opacity": 1, "color": [colors[i] for i in shown]},
+        "showlegend": False,
+        "name": "segments",
+    }
+    return Figure(
+        [*arrows, nodes],
+        shapes=[_ground(places[GROUND])],
         xaxis={"visible": False, "range": [-0.7, max(len(shown), 1) - 0.3]},
-        yaxis={"title": "height of the box's centre, m", "zeroline": False},
+        yaxis={"title": {"text": "height of the box's centre, m"}, "zeroline": False},
         legend={"orientation": "h", "y": 1.14, "x": 0},
         height=360,
         margin={"l": 60, "r": 10, "t": 34, "b": 12},
@@ -74,44 +71,43 @@ def _places(parsed: Parsed) -> dict[int, Place]:
     return {GROUND: ground, **dict(zip(shown, zip(ranks, heights, strict=True), strict=True))}
 
 
-def _arrows(kind: SupportType, ends: list[tuple[Place, Place]]) -> Scatter:
+def _arrows(kind: SupportType, ends: list[tuple[Place, Place]]) -> Trace:
     """All arrows of one kind, as a broken line whose every second point carries a head."""
-    import plotly.graph_objects as go
-
     color = SUPPORT_COLORS[kind]
-    return go.Scatter(
-        x=[x for tail, head in ends for x in (tail[0], head[0], None)],
-        y=[y for tail, head in ends for y in (tail[1], head[1], None)],
-        mode="lines+markers",
-        line={"color": color, "width": 2, "backoff": [0, NODE_PX / 2, 0] * len(ends)},
-        marker={
+    return {
+        "type": "scatter",
+        "x": [x for tail, head in ends for x in (tail[0], head[0], None)],
+        "y": [y for tail, head in ends for y in (tail[1], head[1], None)],
+        "mode": "lines+markers",
+        "line": {"color": color, "width": 2, "backoff": [0, NODE_PX / 2, 0] * len(ends)},
+        "marker": {
             "symbol": "arrow",
             "angleref": "previous",
             "color": color,
             "size": [0, 15, 0] * len(ends),
             "standoff": [0, NODE_PX / 2, 0] * len(ends),
         },
-        hoverinfo="skip",
-        name=f"{kind.name.lower()} ({len(ends)})",
-        showlegend=True,
-    )
+        "hoverinfo": "skip",
+        "name": f"{kind.name.lower()} ({len(ends)})",
+        "showlegend": True,
+    }
 
 
-def _add_ground(figure: Figure, place: Place) -> None:
+def _ground(place: Place) -> dict[str, Any]:
     width, height = 34, 17
-    figure.add_shape(
-        type="circle",
-        xref="x",
-        yref="y",
-        xsizemode="pixel",
-        ysizemode="pixel",
-        xanchor=place[0],
-        yanchor=place[1],
-        x0=-width,
-        x1=width,
-        y0=-height,
-        y1=height,
-        line={"color": GREEN, "width": 2, "dash": "dash"},
-        fillcolor="white",
-        label={"text": "ground", "font": {"color": GREEN, "size": 12}},
-    )
+    return {
+        "type": "circle",
+        "xref": "x",
+        "yref": "y",
+        "xsizemode": "pixel",
+        "ysizemode": "pixel",
+        "xanchor": place[0],
+        "yanchor": place[1],
+        "x0": -width,
+        "x1": width,
+        "y0": -height,
+        "y1": height,
+        "line": {"color": GREEN, "width": 2, "dash": "dash"},
+        "fillcolor": "white",
+        "label": {"text": "ground", "font": {"color": GREEN, "size": 12}},
+    }

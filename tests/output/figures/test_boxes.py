@@ -13,6 +13,7 @@ from blockstab.output.figures.boxes import CLOUD_POINTS, boxes_figure
 from blockstab.output.figures.marks import RED
 from blockstab.parsing.parsed import Parsed
 from blockstab.rgbd.cloud import Cloud
+from tests.output.figures.drawn import checked
 from tests.table_scene import BLOCK, parsed_table
 
 
@@ -22,13 +23,13 @@ def parsed() -> Parsed:
 
 
 def test_each_object_has_a_wireframe_that_is_red_where_unstable(parsed: Parsed) -> None:
-    frames = {t.name: t for t in boxes_figure(parsed).data if t.name.startswith("box")}
+    frames = {t.name: t for t in checked(boxes_figure)(parsed).data if t.name.startswith("box")}
     assert set(frames) == {"box 2", "box 40", "box 5"}
     assert [name for name, trace in frames.items() if trace.line.color == RED] == ["box 40"]
 
 
 def test_a_wireframe_is_the_twelve_edges_of_its_box(parsed: Parsed) -> None:
-    trace = _named(boxes_figure(parsed), "box 2")
+    trace = _named(checked(boxes_figure)(parsed), "box 2")
     lines = torch.stack([torch.as_tensor(getattr(trace, axis)) for axis in "xyz"], dim=1).unflatten(
         0, (12, 3)
     )
@@ -38,7 +39,7 @@ def test_a_wireframe_is_the_twelve_edges_of_its_box(parsed: Parsed) -> None:
 
 
 def test_the_first_view_is_from_the_side_of_the_camera(parsed: Parsed) -> None:
-    scene = boxes_figure(parsed).layout.scene
+    scene = checked(boxes_figure)(parsed).layout.scene
     middle = torch.tensor([sum(getattr(scene, f"{a}axis").range) / 2 for a in "xyz"]).double()
     eye = torch.tensor([getattr(scene.camera.eye, a) for a in "xyz"]).double()
     cosine = torch.nn.functional.cosine_similarity(eye, -middle, dim=0)
@@ -59,14 +60,14 @@ def test_a_large_cloud_is_thinned(parsed: Parsed) -> None:
         cloud=Cloud(points, torch.zeros_like(points), valid, torch.ones(high, wide).double()),
         frame=replace(parsed.frame, color=torch.zeros(high, wide, 3, dtype=torch.uint8)),
     )
-    count = len(_named(boxes_figure(large), "cloud").x)
+    count = len(_named(checked(boxes_figure)(large), "cloud").x)
     assert CLOUD_POINTS / 2 < count <= 1.05 * CLOUD_POINTS
 
 
 def test_the_cloud_far_from_the_objects_is_left_out(parsed: Parsed) -> None:
     points = parsed.cloud.points.clone()
     points[12, 0] = torch.tensor([50.0, 0.0, 0.0])
-    figure = boxes_figure(replace(parsed, cloud=replace(parsed.cloud, points=points)))
+    figure = checked(boxes_figure)(replace(parsed, cloud=replace(parsed.cloud, points=points)))
     assert float(max(_named(figure, "cloud").x)) < 10
 
 

@@ -7,6 +7,7 @@ import pytest
 from blockstab.output.figures.images import depth_figure, energy_figure, segments_figure
 from blockstab.output.figures.marks import image_middles
 from blockstab.parsing.parsed import Parsed
+from tests.output.figures.drawn import checked
 from tests.table_scene import TOPPLING, parsed_table
 
 
@@ -20,9 +21,9 @@ def test_ids_sit_at_the_middle_of_their_pixels(parsed: Parsed) -> None:
 
 
 def test_pictures_are_part_of_the_page(parsed: Parsed) -> None:
-    assert segments_figure(parsed).data[0].source.startswith("data:image/jpeg;base64,")
-    assert depth_figure(parsed).data[0].source.startswith("data:image/png;base64,")
+    assert checked(segments_figure)(parsed).data[0].source.startswith("data:image/jpeg;base64,")
+    assert checked(depth_figure)(parsed).data[0].source.startswith("data:image/png;base64,")
 
 
 def test_the_energy_of_every_round_is_drawn(parsed: Parsed) -> None:
-    assert tuple(energy_figure(parsed).data[0].y) == parsed.trace
+    assert tuple(checked(energy_figure)(parsed).data[0].y) == parsed.trace

@@ -9,6 +9,7 @@ import pytest
 
 from blockstab.output.figures.supports import support_figure
 from blockstab.parsing.parsed import Parsed
+from tests.output.figures.drawn import checked
 from tests.table_scene import BLOCK, IDS, TOPPLING, parsed_table
 from tests.tolerance import EXACT
 
@@ -19,7 +20,7 @@ def parsed() -> Parsed:
 
 
 def test_supports_are_black_red_and_blue_by_their_kind(parsed: Parsed) -> None:
-    traces = {t.name: t for t in support_figure(parsed).data}
+    traces = {t.name: t for t in checked(support_figure)(parsed).data}
     assert {n: t.line.color for n, t in traces.items() if t.line.color} == {
         "surface (2)": "black",
         "partial (1)": "red",
@@ -28,7 +29,7 @@ def test_supports_are_black_red_and_blue_by_their_kind(parsed: Parsed) -> None:
 
 
 def test_an_arrow_leads_from_supporter_to_supported(parsed: Parsed) -> None:
-    figure = support_figure(parsed)
+    figure = checked(support_figure)(parsed)
     nodes, arrow = _named(figure, "segments"), _named(figure, "partial")
     place = {
         int(re.sub(r"\D", "", text)): (x, y) for text, x, y in zip(nodes.text, nodes.x, nodes.y, strict=True)
@@ -40,7 +41,7 @@ def test_an_arrow_leads_from_supporter_to_supported(parsed: Parsed) -> None:
 
 
 def test_nodes_stand_at_their_height_and_the_ground_is_a_green_dashed_circle_below(parsed: Parsed) -> None:
-    figure = support_figure(parsed)
+    figure = checked(support_figure)(parsed)
     nodes, circle = _named(figure, "segments"), figure.layout.shapes[0]
     assert list(nodes.y) == pytest.approx((parsed.scene.boxes.center[:, 1] + 0.6).tolist(), abs=EXACT)
     assert circle.type == "circle"
