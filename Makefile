@@ -6,6 +6,11 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := out/demo
 JOBS ?= 2
+LEARN := data=folder data.root=$(DEMO)/train cache=$(DEMO)/examples jobs=$(JOBS)
+
+# What a step of the demo does, and how long a command of it took.
+step = @echo; echo "== Step $(1)"
+timed = @begin=$$(date +%s); $(1) && echo "   done in $$(( $$(date +%s) - begin )) s"
 
 .PHONY: setup demo test test-capabilities lint types bench docs pretrained proposals folds figures python
 .DEFAULT_GOAL := setup
@@ -23,12 +28,17 @@ $(STAMP): pyproject.toml constraints.txt | python
 	@touch $@
 
 demo: $(STAMP)
-	$(BIN)/blockstab simulate --preset blocks --count 24 --seed 1 --jobs $(JOBS) --out $(DEMO)/train
-	$(BIN)/blockstab simulate --preset blocks --count 12 --seed 2 --jobs $(JOBS) --out $(DEMO)/test
-	$(BIN)/python train.py potential=svm data=folder data.root=$(DEMO)/train output=$(DEMO)/svm cache=$(DEMO)/examples jobs=$(JOBS)
-	$(BIN)/python train.py potential=trees data=folder data.root=$(DEMO)/train output=$(DEMO)/trees cache=$(DEMO)/examples jobs=$(JOBS)
-	$(BIN)/blockstab parse $(DEMO)/test/*/ --potentials $(DEMO)/trees.json --jobs $(JOBS) --out $(DEMO)/parsed
-	$(BIN)/python evaluate.py experiment=demo data=folder data.root=$(DEMO)/test potentials=$(DEMO)/trees.json out=$(DEMO)/evaluation jobs=$(JOBS)
+	$(call step,1 of 5: simulate 24 scenes of blocks to learn from and 12 to test on)
+	$(call timed,$(BIN)/blockstab simulate --preset blocks --count 24 --seed 1 --jobs $(JOBS) --out $(DEMO)/train)
+	$(call timed,$(BIN)/blockstab simulate --preset blocks --count 12 --seed 2 --jobs $(JOBS) --out $(DEMO)/test)
+	$(call step,2 of 5: train linear potentials on examples of the 24; the examples are kept)
+	$(call timed,$(BIN)/python train.py potential=svm $(LEARN) output=$(DEMO)/svm)
+	$(call step,3 of 5: train trees on the same examples)
+	$(call timed,$(BIN)/python train.py potential=trees $(LEARN) output=$(DEMO)/trees)
+	$(call step,4 of 5: parse the 12 with the trees)
+	$(call timed,$(BIN)/blockstab parse $(DEMO)/test/*/ --potentials $(DEMO)/trees.json --jobs $(JOBS) --out $(DEMO)/parsed)
+	$(call step,5 of 5: parse them in other ways too and score all)
+	$(call timed,$(BIN)/python evaluate.py experiment=demo data=folder data.root=$(DEMO)/test potentials=$(DEMO)/trees.json out=$(DEMO)/evaluation jobs=$(JOBS))
 	@echo "Look at the reports: $(DEMO)/parsed/*/report.html"
 
 test: $(STAMP)
