@@ -139,10 +139,47 @@ def census(files: list[Path]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def speed(files: list[Path]) -> str:
+    """What whole parses and steps of searches take, a table for each file."""
+    return "\n".join(SPEED[file.stem](json.loads(file.read_text())["rows"]) for file in files)
+
+
+def _whole_images(rows: list[dict[str, Any]]) -> str:
+    """A line for each set, version and number of jobs; seconds are median and greatest."""
+    stages = list(rows[0]["stages"])
+    lines = [
+        f"| set | code | jobs | {' | '.join(stages)} | all | memory |",
+        "|---" * (len(stages) + 5) + "|",
+    ]
+    for row in rows:
+        seconds = " | ".join("{:.2f}, {:.2f} s".format(*row["stages"][stage]) for stage in stages)
+        lines.append(
+            f"| {row['set']} ({row['scenes']}) | {row['code']} | {row['jobs']} | {seconds} "
+            f"| {row['wall_s']:.0f} s | {row['peak_mib']} MiB |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _step_cost(rows: list[dict[str, Any]]) -> str:
+    lines = [
+        "| cubes | objects | time | boxes fitted | gaps measured | verdicts |",
+        "|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        lines.append(
+            f"| {row['cubes']}, {100 * row['gap_m']:.1f} cm | {row['objects']} | {row['milliseconds']:.0f} ms "
+            f"| {row['fits']:.0f} | {row['gaps']:.0f} | {row['verdicts']:.0f} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+SPEED = {"step_cost": _step_cost, "whole_images": _whole_images}
+
 # Each page, the files that it shows, and how.
 PAGES: dict[Path, tuple[str, Callable[[list[Path]], str]]] = {
     Path(__file__).with_name("results.md"): ("*.json", tables),
     Path(__file__).with_name("datasets.md"): ("sets/*.json", census),
+    Path(__file__).with_name("speed.md"): ("speed/*.json", speed),
     Path(__file__).parents[1] / "README.md": ("demo.json", tables),
 }
 

@@ -76,3 +76,21 @@ def test_a_search_is_drawn_in_a_row_of_panels(script, tmp_path, monkeypatch, nam
     module.main()
     width = Image.open(tmp_path / "a.png").width
     assert width >= panels * module.WIDTH
+
+
+def test_the_cost_of_a_step_is_a_curve_for_each_kind_and_one_in_proportion(script):
+    step_cost = script("step_cost")
+    rows = [
+        {"cubes": name, "objects": count, "milliseconds": time}
+        for name, time in (("apart", 20.0), ("near", 40.0))
+        for count in (5, 80)
+    ]
+    picture = ElementTree.fromstring(step_cost.drawing(rows))
+    curves = [line.attrib["points"].split() for line in picture.iter(f"{SVG}polyline")]
+    heights = [[float(point.split(",")[1]) for point in curve] for curve in curves]
+    assert len(curves) == 3
+    assert heights[0][0] > heights[0][1]  # in proportion, which goes up
+    assert heights[1][0] == heights[1][1] > heights[2][0] == heights[2][1]
+    x, y = step_cost.place(20.0, 100.0)
+    assert step_cost.LEFT < x < step_cost.LEFT + step_cost.WIDTH
+    assert y == step_cost.TOP + step_cost.HEIGHT / 2

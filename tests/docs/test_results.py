@@ -82,3 +82,30 @@ def test_the_census_of_a_set_stands_beside_the_command_that_made_it(tables, tmp_
     (tmp_path / "blocks_50_seed7.json").write_text(json.dumps(counts))
     text = tables.census([tmp_path / "blocks_50_seed7.json"])
     assert "| `--preset blocks --count 50 --seed 7` | 50 | 383 | 3 to 14 | 56 % | 100 % |" in text
+
+
+def test_speed_has_a_line_for_each_run_and_each_number_of_objects(tables, tmp_path):
+    stages = {"before the search": [0.5, 0.7], "search": [1.25, 3.0]}
+    run = {
+        "set": "osd",
+        "scenes": 51,
+        "code": "now",
+        "jobs": 2,
+        "stages": stages,
+        "wall_s": 99.6,
+        "peak_mib": 812,
+    }
+    step = {
+        "cubes": "near",
+        "gap_m": 0.01,
+        "objects": 80,
+        "milliseconds": 41.4,
+        "fits": 2,
+        "gaps": 157,
+        "verdicts": 158,
+    }
+    for name, row in (("whole_images", run), ("step_cost", step)):
+        (tmp_path / f"{name}.json").write_text(json.dumps({"rows": [row]}))
+    text = tables.speed(sorted(tmp_path.glob("*.json")))
+    assert "| osd (51) | now | 2 | 0.50, 0.70 s | 1.25, 3.00 s | 100 s | 812 MiB |" in text
+    assert "| near, 1.0 cm | 80 | 41 ms | 2 | 157 | 158 |" in text
