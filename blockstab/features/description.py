@@ -68,6 +68,7 @@ class Describer:
         self._row: dict[Segment, int] = {}
         self._background = background
         self._share: dict[Segment, float] = {}
+        self._by_atoms: dict[Segment, float] = {}
         share = self._things([frozenset({atom}) for atom in range(len(atoms))])
         self._things_in = (share * atoms.pixel_count).tolist()
 
@@ -108,8 +109,15 @@ class Describer:
     def lost(self, scene: Scene) -> Tensor:
         """(N,) as in `Described`: the mean of what its atoms say one by one, and of what the whole says."""
         segments = scene.segmentation.segments
-        things = [sum(self._things_in[atom] for atom in sorted(s)) for s in segments]
-        return (torch.tensor(things, dtype=torch.float64) / scene.pixel_count + self._things(segments)) / 2
+        by_atoms = [self._things_by_atoms(segment) for segment in segments]
+        return (torch.tensor(by_atoms, dtype=torch.float64) / scene.pixel_count + self._things(segments)) / 2
+
+    def _things_by_atoms(self, segment: Segment) -> float:
+        """Pixels of things in a segment, as its atoms say one by one."""
+        if segment not in self._by_atoms:
+            # In one order, so that the sum is rounded alike however the segment came about.
+            self._by_atoms[segment] = sum(self._things_in[atom] for atom in sorted(segment))
+        return self._by_atoms[segment]
 
     def _things(self, segments: Sequence[Segment]) -> Tensor:
         """The share of things in each of S segments, judged as a whole, (S,); what is new is judged in one batch."""
