@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import torch
@@ -10,6 +10,7 @@ from torch import Tensor
 
 from blockstab.boxes.box import Boxes
 from blockstab.stability.balance import Balance, balance
+from blockstab.stability.contacts import FRICTION, contacts_of, islands_of, loosened
 from blockstab.stability.support import Supports
 
 
@@ -67,3 +68,31 @@ class EverySupport:
     def __call__(self, boxes: Boxes, movable: Tensor, candidates: Supports, slack: Tensor) -> Verdicts:
         """All candidates, and `balance` on them."""
         return Verdicts(candidates, balance(boxes, movable, candidates, slack))
+
+
+@dataclass(frozen=True)
+class StaticEquilibrium:
+    """Judge by forces: what no forces of contact can hold where it is does not stand.
+
+    The supports that count, and all figures but the verdict, are those of the paper's rule.
+
+    Args:
+        friction: coefficient.
+        angle_deg: edges that lean less lie flat.
+    """
+
+    friction: float = FRICTION
+    angle_deg: float = 20.0
+
+    def __call__(self, boxes: Boxes, movable: Tensor, candidates: Supports, slack: Tensor) -> Verdicts:
+        """Ask of each island by itself."""
+        from blockstab.stability.equilibrium import moving
+
+        told = TrimmedSupports()(boxes, movable, candidates, slack)
+        contacts = contacts_of(boxes, candidates, self.angle_deg)
+        if bool((slack > 0).any()):
+            contacts = loosened(contacts, slack)
+        moves = torch.zeros_like(movable)
+        for island, part in islands_of(contacts, movable):
+            moves[island] = moving(boxes[island], movable[island], part, self.friction)
+        return Verdicts(told.supports, replace(told.balance, stable=~moves))

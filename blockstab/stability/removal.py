@@ -44,27 +44,26 @@ def falls_if_removed(
     relevant[candidates.supported[between]] = True
     rows = (relevant & movable).nonzero()[:, 0]
     while len(rows):
-        stands = _verdicts(boxes, movable, candidates, (gone | fallen)[rows], slack, judge)
+        stands = standing_without(boxes, movable, candidates, (gone | fallen)[rows], slack, judge)
         further = ~stands & stable & movable & ~gone[rows] & ~fallen[rows]
         fallen[rows] |= further
         rows = rows[further.any(dim=1)]
     return fallen
 
 
-def _verdicts(
+def standing_without(
     boxes: Boxes, movable: Tensor, candidates: Supports, absent: Tensor, slack: Tensor, judge: StabilityJudge
 ) -> Tensor:
     """(K, N) bool: whether box b (column) stands in the copy (row) that lacks the boxes marked absent (K, N)."""
     n = len(boxes)
     together = max(1, _TABLE // max(n, 1))
     parts = [
-        _verdicts_together(boxes, movable, candidates, some, slack, judge)
-        for some in torch.split(absent, together)
+        _together(boxes, movable, candidates, some, slack, judge) for some in torch.split(absent, together)
     ]
     return torch.cat(parts)
 
 
-def _verdicts_together(
+def _together(
     boxes: Boxes, movable: Tensor, candidates: Supports, absent: Tensor, slack: Tensor, judge: StabilityJudge
 ) -> Tensor:
     k, n = absent.shape

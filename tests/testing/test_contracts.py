@@ -21,7 +21,7 @@ from blockstab.search.none import NoSearch
 from blockstab.search.rsamp import RSamp
 from blockstab.simulation.sensors import SENSORS
 from blockstab.stability.balance import balance
-from blockstab.stability.judges import TrimmedSupports, Verdicts
+from blockstab.stability.judges import StaticEquilibrium, TrimmedSupports, Verdicts
 from blockstab.testing.photographs import BLOCKS, photograph
 from tests.own_columns import Height
 
@@ -66,6 +66,7 @@ def test_our_sensors_keep_their_contract(name):
 def test_our_judge_our_proposal_and_our_folders_keep_their_contracts(tmp_path):
     write_scene(tmp_path / "a", photograph(*BLOCKS).frame, Truth((1,), (), None, False), {})
     assert broken(testing.JudgeContract, TrimmedSupports()) == set()
+    assert broken(testing.JudgeContract, StaticEquilibrium()) == set()
     assert broken(testing.ProposalContract, Watershed()) == set()
     assert broken(testing.SceneSetContract, FolderScenes(tmp_path)) == set()
 

@@ -21,12 +21,15 @@ from blockstab.simulation.layouts.unsettled import placed_unsettled
 from blockstab.simulation.physics.engine import require_mujoco
 from blockstab.simulation.physics.settling import moves
 from blockstab.simulation.writing import check_amounts, run_all
-from blockstab.stability.balance import balance
+from blockstab.stability.judges import StabilityJudge, StaticEquilibrium, TrimmedSupports
 from blockstab.stability.support import SupportRules, candidate_supports
-from blockstab.stability.trimming import trim
 
 VERSION = 1  # raised whenever the same seed makes another arrangement than before
 _TOUCH = 0.002  # metres; exact boxes that are further apart do not touch
+_JUDGES: dict[str, StabilityJudge] = {
+    "The paper's rule": TrimmedSupports(),
+    "Static equilibrium": StaticEquilibrium(),
+}
 
 
 @dataclass(frozen=True)
@@ -87,8 +90,8 @@ def read_verdict(file: Path) -> Verdict:
     return Verdict(boxes, moved)
 
 
-def judged_by_rule(boxes: Boxes) -> Tensor:
-    """Stability of N exact boxes by the paper's rule, (N,) bool; the table is y = 0."""
+def judged(boxes: Boxes, judge: StabilityJudge) -> Tensor:
+    """Stability of N exact boxes as a judge sees it, (N,) bool; the table is y = 0."""
     n = len(boxes)
     first, second = torch.triu_indices(n, n, offset=1)
     rules = SupportRules(touch_m=_TOUCH, touch_per_square_m=0.0)
@@ -97,19 +100,24 @@ def judged_by_rule(boxes: Boxes) -> Tensor:
     candidates = candidate_supports(
         boxes, (first, second), apart, torch.zeros(n, dtype=torch.float64), movable, ~movable, rules
     )
-    return balance(boxes, movable, trim(boxes, candidates, slack), slack).stable
+    return judge(boxes, movable, candidates, slack).balance.stable
 
 
 def summary(files: list[Path]) -> str:
-    """Share of arrangements that fall, and agreement of the paper's rule with the engine, in one line."""
+    """Share of arrangements that fall, and agreement of judges with the engine, in one line."""
     verdicts = [read_verdict(file) for file in files]
     falling = sum(bool(v.moved.any()) for v in verdicts) / len(verdicts)
     moved = torch.cat([v.moved for v in verdicts])
-    stable = torch.cat([judged_by_rule(v.boxes) for v in verdicts])
+    agreements = []
+    for name, judge in _JUDGES.items():
+        stable = torch.cat([judged(v.boxes, judge) for v in verdicts])
+        agreements.append(
+            f"{name} calls {float(stable[~moved].double().mean()):.1%} of those that stay stable, "
+            f"and {float((~stable[moved]).double().mean()):.1%} of those that move unstable"
+        )
     return (
         f"{falling:.0%} of the arrangements fall; of {len(moved)} boxes {float(moved.double().mean()):.0%} move. "
-        f"The paper's rule calls {float(stable[~moved].double().mean()):.1%} of those that stay stable, "
-        f"and {float((~stable[moved]).double().mean()):.1%} of those that move unstable"
+        + ". ".join(agreements)
     )
 
 

@@ -9,7 +9,8 @@ import pytest
 import torch
 
 from blockstab.boxes.box import Boxes
-from blockstab.simulation.physics.verdicts import draw_verdict, judged_by_rule, read_verdict, write_verdicts
+from blockstab.simulation.physics.verdicts import draw_verdict, judged, read_verdict, write_verdicts
+from blockstab.stability.judges import StabilityJudge, StaticEquilibrium, TrimmedSupports
 
 pytest.importorskip("mujoco", reason="the extra `sim` is not installed")
 
@@ -23,14 +24,30 @@ def stack(*rows: tuple[float, float, float, float]) -> Boxes:
     return Boxes(torch.stack([x, bottom + tall, zero], dim=1), axes, torch.stack([wide, tall, wide], dim=1))
 
 
-def test_the_rule_holds_a_box_whose_centre_is_over_the_one_below_and_no_other() -> None:
+EACH = pytest.mark.parametrize(
+    "judge", [TrimmedSupports(), StaticEquilibrium()], ids=lambda j: type(j).__name__
+)
+
+
+@EACH
+def test_a_box_stands_whose_centre_is_over_the_one_below_and_no_other(judge: StabilityJudge) -> None:
     base = (0.0, 0.0, 0.05, 0.05)
-    assert judged_by_rule(stack(base, (0.049, 0.1, 0.05, 0.05))).tolist() == [True, True]
-    assert judged_by_rule(stack(base, (0.051, 0.1, 0.05, 0.05))).tolist() == [True, False]
+    assert judged(stack(base, (0.049, 0.1, 0.05, 0.05)), judge).tolist() == [True, True]
+    assert judged(stack(base, (0.051, 0.1, 0.05, 0.05)), judge).tolist() == [True, False]
 
 
-def test_boxes_a_centimetre_apart_do_not_hold_each_other() -> None:
-    assert judged_by_rule(stack((0.0, 0.0, 0.05, 0.05), (0.0, 0.11, 0.05, 0.05))).tolist() == [True, False]
+@EACH
+def test_boxes_a_centimetre_apart_do_not_hold_each_other(judge: StabilityJudge) -> None:
+    assert judged(stack((0.0, 0.0, 0.05, 0.05), (0.0, 0.11, 0.05, 0.05)), judge).tolist() == [True, False]
+
+
+def test_static_equilibrium_says_of_nearly_all_boxes_what_the_engine_sees_and_more_than_the_rule() -> None:
+    verdicts = [draw_verdict(3, i) for i in range(40)]
+    agreeing = [
+        torch.cat([judged(v.boxes, judge) != v.moved for v in verdicts]).double().mean()
+        for judge in (TrimmedSupports(), StaticEquilibrium())
+    ]
+    assert agreeing[1] >= 0.97 > agreeing[0]
 
 
 def test_a_verdict_survives_the_disk_and_a_second_run_keeps_it(tmp_path: Path) -> None:
