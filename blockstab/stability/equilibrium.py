@@ -1,4 +1,4 @@
-"""Static equilibrium of rigid boxes: can forces of contact, with friction, carry them? How far may gravity tilt?
+"""Static equilibrium of rigid boxes: can forces of contact, with friction, carry them?
 
 Forces act at the corners of contact patches and lie in friction pyramids. That they balance weights and moments is a
 set of linear equations in what is not negative (Whiting, Ochsendorf and Durand 2009; Shao et al. 2014).
@@ -11,15 +11,13 @@ from typing import NamedTuple
 import numpy as np
 import torch
 from scipy.optimize import linprog, nnls
-from scipy.sparse import coo_array, csc_array, hstack
+from scipy.sparse import coo_array, csc_array
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
 from blockstab.stability.contacts import FRICTION, Contacts, plane_axes
 
-_DIRECTIONS = 8  # in which gravity is tilted first
 _AT_REST = 1e-6  # of gravity: what is less is rounding
-_STEEP = 100.0  # the greatest tilt that is asked about, as a ratio: what holds then would hold on a wall
 
 
 class Equations(NamedTuple):
@@ -31,24 +29,14 @@ class Equations(NamedTuple):
         slope: (2, 6 M) what is to be carried besides where gravity tilts so that it pulls along +x, or +z, as much as
             it pulls down.
         body: (M,) box indices.
+        size: metres by which moments are divided.
     """
 
     forces: csc_array
     weight: np.ndarray
     slope: np.ndarray
     body: np.ndarray
-
-
-class Tilt(NamedTuple):
-    """The least tilt of gravity for which something begins to move.
-
-    Args:
-        degrees: 0 where something moves already.
-        direction: (2,) float64, in which gravity then pulls, x and z; NaN where nothing limits it, or all does.
-    """
-
-    degrees: float
-    direction: Tensor
+    size: float
 
 
 def equations(boxes: Boxes, movable: Tensor, contacts: Contacts, friction: float) -> Equations:
@@ -62,19 +50,14 @@ def equations(boxes: Boxes, movable: Tensor, contacts: Contacts, friction: float
     body = movable.nonzero()[:, 0].numpy()
     row = np.full(len(movable) + 1, -1)  # the last place is that of the ground
     row[body] = np.arange(len(body))
-    center = boxes.center.numpy()
-    tangents = plane_axes(contacts.normal).numpy()
-    normal = contacts.normal.numpy()[:, None]
-    sides = friction * np.stack(
-        [tangents[..., 0], -tangents[..., 0], tangents[..., 1], -tangents[..., 1]], axis=1
-    )
-    pyramid = normal + sides  # (P, 4, 3)
-    size = float(np.abs(boxes.half_extent.numpy()).max(initial=0.0)) or 1.0
+    center, point = boxes.center.detach().numpy(), contacts.point.detach().numpy()
+    pyramid = pyramids(contacts.normal, friction).detach().numpy()
+    size = float(np.abs(boxes.half_extent.detach().numpy()).max(initial=0.0)) or 1.0
     blocks, rows, columns = [], [], []
     column = np.arange(4 * len(pyramid)).reshape(-1, 4)
     for box, sign in ((contacts.supported.numpy(), 1.0), (contacts.supporter.numpy(), -1.0)):
         mine = row[box] >= 0
-        arm = contacts.point.numpy()[mine] - center[box[mine]]
+        arm = point[mine] - center[box[mine]]
         force = sign * pyramid[mine]
         wrench = np.concatenate([force, np.cross(arm[:, None], force) / size], axis=2)  # (K, 4, 6)
         first = 6 * row[box[mine]][:, None, None] + np.arange(6)
@@ -83,82 +66,35 @@ def equations(boxes: Boxes, movable: Tensor, contacts: Contacts, friction: float
         columns.append(np.broadcast_to(column[mine][:, :, None], wrench.shape).ravel())
     shape = (6 * len(body), column.size)
     forces = coo_array((np.concatenate(blocks), (np.concatenate(rows), np.concatenate(columns))), shape=shape)
-    volume = boxes.volume().numpy()[body]
+    volume = boxes.volume().detach().numpy()[body]
     share = volume / max(volume.sum(), 1e-300)
     weight, slope = np.zeros((len(body), 6)), np.zeros((2, len(body), 6))
     weight[:, 1], slope[0, :, 0], slope[1, :, 2] = share, -share, -share
-    return Equations(forces.tocsc(), weight.ravel(), slope.reshape(2, -1), body)
+    return Equations(forces.tocsc(), weight.ravel(), slope.reshape(2, -1), body, size)
+
+
+def pyramids(normal: Tensor, friction: float) -> Tensor:
+    """Generators (P, 4, 3) of friction pyramids about normals (P, 3): what a contact can exert is a sum of these."""
+    tangents = friction * plane_axes(normal).transpose(1, 2)
+    return normal[:, None] + torch.cat([tangents, -tangents], dim=1)
 
 
 def moving(boxes: Boxes, movable: Tensor, contacts: Contacts, friction: float = FRICTION) -> Tensor:
     """(N,) bool: boxes that begin to move, let go where they are; the arguments are those of `equations`."""
     system = equations(boxes, movable, contacts, friction)
     moves = torch.zeros(len(movable), dtype=torch.bool)
-    if len(system.body) and not _balances(system):
+    if len(system.body) and not balances(system):
         moves[torch.from_numpy(system.body)] = torch.from_numpy(_moving(system))
     return moves
 
 
-def least_tilt(boxes: Boxes, movable: Tensor, contacts: Contacts, friction: float = FRICTION) -> Tilt:
-    """The least tilt, in the worst direction; the arguments are those of `equations`."""
-    system = equations(boxes, movable, contacts, friction)
-    if not len(system.body):
-        return Tilt(90.0, torch.full((2,), float("nan"), dtype=torch.float64))
-    ratio, direction = _least_tilt(system) if _balances(system) else (0.0, np.full(2, np.nan))
-    return Tilt(float(np.degrees(np.arctan(ratio))), torch.from_numpy(direction))
-
-
-def _balances(system: Equations) -> bool:
+def balances(system: Equations) -> bool:
     """Whether forces can carry the weight as it is."""
     if not system.forces.shape[1]:
         return False
     cost = np.zeros(system.forces.shape[1])
     found = linprog(cost, A_eq=system.forces, b_eq=system.weight, bounds=(0, None), method="highs")
     return bool(found.status == 0)
-
-
-def _furthest(system: Equations, direction: np.ndarray) -> tuple[float, np.ndarray] | None:
-    """How far gravity may tilt in a direction (2,), a ratio, and what limits it there; None where nothing balances.
-
-    What limits it is the line `bound @ tilt = 1` in the plane of tilts, from the duals of the programme.
-    """
-    tilted = csc_array(-(direction @ system.slope)[:, None])
-    matrix = hstack([system.forces, tilted], format="csc")
-    cost = np.zeros(matrix.shape[1])
-    cost[-1] = -1.0
-    bounds = np.zeros((matrix.shape[1], 2))
-    bounds[:, 1] = np.inf
-    bounds[-1, 1] = _STEEP
-    found = linprog(cost, A_eq=matrix, b_eq=system.weight, bounds=bounds, method="highs")
-    if found.status != 0:
-        return None
-    dual = found.eqlin.marginals
-    carried = -(dual @ system.weight)
-    bound = (system.slope @ dual) / carried if abs(carried) > 1e-12 else np.zeros(2)
-    return float(found.x[-1]), bound
-
-
-def _least_tilt(system: Equations) -> tuple[float, np.ndarray]:
-    """The nearest bound in the plane of tilts, a ratio, and the direction to it, (2,).
-
-    The tilts that balance are convex. From each of some directions it is walked to the foot of the bound that is met,
-    until a foot is met itself.
-    """
-    best, where = _STEEP, np.full(2, np.nan)
-    for angle in np.arange(_DIRECTIONS) * 2 * np.pi / _DIRECTIONS:
-        direction = np.array([np.cos(angle), np.sin(angle)])
-        for _ in range(_DIRECTIONS):
-            found = _furthest(system, direction)
-            if found is None:
-                return 0.0, direction
-            reach, bound = found
-            if reach < best:
-                best, where = reach, direction
-            steep = float(np.linalg.norm(bound))
-            if steep <= 1.0 / _STEEP or 1.0 / steep > best - 1e-9:
-                break
-            direction = bound / steep
-    return best, where
 
 
 def _moving(system: Equations) -> np.ndarray:

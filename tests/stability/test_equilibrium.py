@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from blockstab.boxes.box import Boxes
-from blockstab.stability.equilibrium import Tilt, least_tilt, moving
+from blockstab.stability.equilibrium import moving
 from blockstab.testing.worlds import BRIDGE, COUNTERWEIGHT, LEANING_PLANK, Block, build, overhang
 from tests.stability.touching import touching
 
@@ -18,11 +18,6 @@ LENGTH, STEEP = 0.5, math.radians(25.0)  # of planks, metres; how far they lean
 def moves(world: tuple[Block, ...], friction: float = 0.7) -> list[bool]:
     boxes, movable = build(*world)
     return moving(boxes, movable, touching(boxes, movable), friction).tolist()
-
-
-def tilt(world: tuple[Block, ...], friction: float = 0.7) -> Tilt:
-    boxes, movable = build(*world)
-    return least_tilt(boxes, movable, touching(boxes, movable), friction)
 
 
 def on_incline(degrees: float, friction: float) -> bool:
@@ -110,22 +105,3 @@ def test_an_arch_of_three_needs_friction_to_hold_its_keystone():
 def test_a_plank_slips_from_a_wall_without_friction():
     assert moves(LEANING_PLANK, 0.7) == [False, False]
     assert moves(LEANING_PLANK, 0.05) == [True, False]
-
-
-@pytest.mark.parametrize(("wide", "tall"), [(0.1, 0.4), (0.2, 0.3), (0.3, 0.2)])
-def test_a_block_that_does_not_slip_may_tilt_until_its_middle_is_over_an_edge(wide, tall):
-    found = tilt((Block(0, 0, wide, tall, d=2.0),), friction=10.0)
-    assert found.degrees == pytest.approx(math.degrees(math.atan(wide / tall)), abs=1e-6)
-    assert found.direction.abs().tolist() == pytest.approx([1.0, 0.0], abs=1e-6)
-
-
-def test_a_pyramid_of_friction_is_narrowest_between_its_edges():
-    found = tilt((Block(0, 0, 0.1, 0.1),), friction=0.3)
-    assert found.degrees == pytest.approx(math.degrees(math.atan(0.3 / math.sqrt(2))), abs=1e-6)
-
-
-def test_the_margin_of_a_scene_is_that_of_its_weakest_part_and_nothing_where_something_falls():
-    weak, strong = Block(0, 0, 0.05, 0.3, d=0.2), Block(1, 0, 0.3, 0.1, d=0.3)
-    assert tilt((weak, strong)).degrees == pytest.approx(tilt((weak,)).degrees, abs=1e-6)
-    assert tilt((weak, Block(1, 0.5, 0.1, 0.1))).degrees == 0.0
-    assert tilt((Block(0, 0, 0.1, 0.1, fixed=True),)).degrees == 90.0
