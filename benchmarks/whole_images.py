@@ -2,6 +2,7 @@
 
 Every set of scene folders is parsed by `blockstab parse` of one checkout or of several, such as an older one beside
 this, with one job and with two. Stages are those that `scene.json` tells; memory is the most that one process held.
+A run that was stopped goes on where it was.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from blockstab.output.export import write_whole
 
 HERE = Path(__file__).resolve().parents[1]
 PARSE = "from blockstab.cli import main; main()"
+KEYS = ("set", "scenes", "code", "jobs")  # which run a row is of; what is in the file is not run again
 # Older versions told the three stages before the search in one.
 BEFORE_SEARCH = ("segments", "observation", "proposal", "pool")
 
@@ -91,15 +93,21 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--out", type=Path, required=True)
     asked = parser.parse_args()
-    rows = []
+    rows = json.loads(asked.out.read_text())["rows"] if asked.out.is_file() else []
+    done = [[row[key] for key in KEYS] for row in rows]
     for name, folder in asked.set:
         scenes = sorted(file.parent for file in folder.glob("*/meta.json"))
         for code, checkout in asked.checkout or [("now", HERE)]:
             for jobs in asked.jobs:
-                found = summary(run_of(checkout, scenes, jobs))
-                rows.append({"set": name, "scenes": len(scenes), "code": code, "jobs": jobs, **found})
+                if [name, len(scenes), code, jobs] in done:
+                    continue
+                try:
+                    found = summary(run_of(checkout, scenes, jobs))
+                except subprocess.CalledProcessError:
+                    found = {"stages": None}  # as where an older version breaks on an image
+                rows.append({**dict(zip(KEYS, (name, len(scenes), code, jobs), strict=True)), **found})
                 print(rows[-1], flush=True)
-    write_whole(asked.out, (json.dumps({"rows": rows}, indent=1) + "\n").encode())
+                write_whole(asked.out, (json.dumps({"rows": rows}, indent=1) + "\n").encode())
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The command line: `blockstab parse`, `blockstab simulate`."""
+"""The command line: `blockstab parse`, `blockstab simulate`, `blockstab judge`."""
 
 from __future__ import annotations
 
@@ -91,6 +91,20 @@ def simulate(
         simulate_verdicts(out, preset, count, seed, jobs)
     else:
         simulate_scenes(out, preset, count, seed, sensor, variety, jobs)
+
+
+@app.command()
+def judge(
+    file: Annotated[Path, typer.Argument(help="A scene.json, or a JSON list of boxes.")],
+    by: Annotated[
+        str, typer.Option(help="Judges: paper, equilibrium, physics, any of them.")
+    ] = "paper,equilibrium",
+    out: Annotated[Path | None, typer.Option(help="A JSON file for what they say.")] = None,
+) -> None:
+    """Say of boxes which stand, what falls if one is taken away, and in which order none does."""
+    from blockstab.commands.judge import judge_file
+
+    judge_file(file, by, out)
 
 
 def main() -> None:

@@ -146,17 +146,18 @@ def speed(files: list[Path]) -> str:
 
 def _whole_images(rows: list[dict[str, Any]]) -> str:
     """A line for each set, version and number of jobs; seconds are median and greatest."""
-    stages = list(rows[0]["stages"])
+    stages = list(next(row["stages"] for row in rows if row["stages"]))
     lines = [
         f"| set | code | jobs | {' | '.join(stages)} | all | memory |",
         "|---" * (len(stages) + 5) + "|",
     ]
     for row in rows:
+        run = f"| {row['set']} ({row['scenes']}) | {row['code']} | {row['jobs']} | "
+        if row["stages"] is None:
+            lines.append(run + "breaks | " + " |" * (len(stages) + 1))
+            continue
         seconds = " | ".join("{:.2f}, {:.2f} s".format(*row["stages"][stage]) for stage in stages)
-        lines.append(
-            f"| {row['set']} ({row['scenes']}) | {row['code']} | {row['jobs']} | {seconds} "
-            f"| {row['wall_s']:.0f} s | {row['peak_mib']} MiB |"
-        )
+        lines.append(f"{run}{seconds} | {row['wall_s']:.0f} s | {row['peak_mib']} MiB |")
     return "\n".join(lines) + "\n"
 
 

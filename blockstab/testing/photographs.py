@@ -37,22 +37,29 @@ class Photograph:
 
 
 def photograph(
-    *blocks: Block, turn_deg: float = 25.0, noise: float = NOISE, seed: int = 0, name: str = "blocks"
+    *blocks: Block,
+    turn_deg: float = 25.0,
+    noise: float = NOISE,
+    seed: int = 0,
+    name: str = "blocks",
+    finer: int = 1,
 ) -> Photograph:
     """Look down on blocks that stand around the middle of a table, turned together about the vertical.
 
     Args:
         turn_deg: of the table, so that the camera sees two sides of each block.
         noise: standard deviation of inverse depth, 1/m; seed: of the noise.
+        finer: so many times as many rows and columns show the same.
     """
     placed = placed_boxes(blocks, turn_deg)
     cos, sin = math.cos(math.radians(PITCH_DEG)), math.sin(math.radians(PITCH_DEG))
     turn = torch.tensor([[1.0, 0.0, 0.0], [0.0, -cos, -sin], [0.0, sin, -cos]], dtype=torch.float64)
-    camera = Camera(FOCAL, FOCAL, (WIDTH - 1) / 2, (HEIGHT - 1) / 2)
-    v, u = torch.meshgrid(torch.arange(HEIGHT).double(), torch.arange(WIDTH).double(), indexing="ij")
-    rays = torch.stack([(u - camera.cx) / FOCAL, (v - camera.cy) / FOCAL, torch.ones_like(u)], dim=2) @ turn.T
+    height, width, focal = finer * HEIGHT, finer * WIDTH, finer * FOCAL
+    camera = Camera(focal, focal, (width - 1) / 2, (height - 1) / 2)
+    v, u = torch.meshgrid(torch.arange(height).double(), torch.arange(width).double(), indexing="ij")
+    rays = torch.stack([(u - camera.cx) / focal, (v - camera.cy) / focal, torch.ones_like(u)], dim=2) @ turn.T
     depth = torch.where(rays[..., 1] < 0, TABLE_Y / rays[..., 1], torch.inf)
-    label = torch.full((HEIGHT, WIDTH), TABLE)
+    label = torch.full((height, width), TABLE)
     for k in range(len(placed)):
         entry = _entry(placed[k : k + 1], rays)
         nearer = entry < depth

@@ -50,7 +50,7 @@ def command(name: str) -> click.Command:
     return typer.main.get_command(app).commands[name]
 
 
-@pytest.mark.parametrize("name", ["parse", "simulate"])
+@pytest.mark.parametrize("name", ["parse", "simulate", "judge"])
 def test_the_page_names_every_option_of_a_command(name):
     options = {word for parameter in command(name).params for word in parameter.opts if word.startswith("--")}
     assert first_column(f"blockstab {name}", "option") == options - {"--help"}
@@ -90,7 +90,7 @@ def test_the_scene_json_of_the_page_follows_the_schema_and_lacks_nothing():
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_every_command_of_a_page_is_accepted(page):
-    for name in ("parse", "simulate"):
+    for name in ("parse", "simulate", "judge"):
         for words in commands(page, f"blockstab {name}"):
             command(name).make_context(name, words)
     for program in ("train", "evaluate"):
