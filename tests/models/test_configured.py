@@ -30,8 +30,8 @@ def toy(monkeypatch):
 
 def test_every_part_of_a_parser_is_a_key_and_every_key_a_part():
     assert set(PARTS.values()) | {"columns"} == {field.name for field in fields(Parser)}
-    # Of the rules, of potentials.
-    assert set(composed("parse", [], {})) - set(PARTS) == {"judge", "heads", "columns"}
+    # Of the rules, of potentials, of the parser beside its parts, and where it runs.
+    assert set(composed("parse", [], {})) - set(PARTS) == {"judge", "heads", "columns", "executor"}
 
 
 def test_the_configuration_of_a_parse_is_the_parser_that_code_makes():
