@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from blockstab.boxes.separation import separation
+from blockstab.simulation.layouts.draws import any_turn
 from blockstab.simulation.layouts.placing import (
     LIFT,
     about,
@@ -21,6 +22,7 @@ from blockstab.simulation.layouts.placing import (
     side_by_side,
     stand,
 )
+from blockstab.simulation.layouts.products import draw_product
 from blockstab.simulation.physics.solids import box, concatenate
 from tests.tolerance import EXACT
 
@@ -81,3 +83,18 @@ def test_structures_are_added_until_there_are_enough_but_never_too_many(generato
     pair = concatenate([stand(BRICK), stand(BRICK, on=height(BRICK))])
     counts = {len(side_by_side(generator, [lambda _: pair], (3, 5), 5)) for _ in range(10)}
     assert counts == {4}
+
+
+def test_piles_are_clear_of_each_other_exactly_where_all_gaps_are_wide_enough(
+    generator: torch.Generator,
+) -> None:
+    seen = set()
+    for _ in range(300):
+        one, other = (stand(draw_product(generator, "book"), tilt=any_turn(generator)) for _ in range(2))
+        place = 0.3 * (torch.rand(3, generator=generator, dtype=torch.float64) - 0.5)
+        moved = shifted(other, *place.tolist())
+        both = concatenate([one, moved]).boxes()
+        gap = separation(both, torch.tensor([0]), torch.tensor([1])).gap
+        assert clear(one, moved, 0.02) == bool(gap >= 0.02)
+        seen.add(bool(gap >= 0.02))
+    assert seen == {True, False}
