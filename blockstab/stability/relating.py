@@ -33,7 +33,7 @@ def related(
     found = candidates(
         Given(*arrays(boxes.center, boxes.rotation, boxes.half_extent, ground_height, movable, is_ground)),
         Pairs(*arrays(*pairs, *apart)),
-        Limits(math.radians(rules.angle_deg), rules.touch_m, rules.touch_per_square_m, rules.most_touch_m),
+        Limits(math.radians(rules.angle_deg), rules.touch_m, rules.touch_per_square_m),
     )
     supporter, supported, kind, vertices, count = map(torch.from_numpy, found)
     return Supports(supporter, supported, kind, Polygons(vertices, count))

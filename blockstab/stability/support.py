@@ -73,16 +73,13 @@ class SupportRules:
 
     Args:
         angle_deg: the paper's 20 degrees, for on-top against side and for partial against surface.
-        touch_m, touch_per_square_m, most_touch_m: boxes touch that are closer than `touch_per_square_m * r ** 2`, or
-            `most_touch_m` where that is less, or `touch_m` in any case; r being the distance from the camera. It is
-            twice the depth step of a Kinect (Gupta et al. 2013), which is 5 cm at 3 m: from there on more would be
-            guessed than seen, and everything in a room would lean on everything.
+        touch_m, touch_per_square_m: boxes closer than `max(touch_m, touch_per_square_m * r ** 2)` touch,
+            r being the distance from the camera: twice the depth step of a Kinect (Gupta et al. 2013).
     """
 
     angle_deg: float = 20.0
     touch_m: float = 0.02
     touch_per_square_m: float = 2 * KINECT.step
-    most_touch_m: float = 0.05
 
     def coarser(self, times: float) -> SupportRules:
         """The same for depth whose step is that many times as large."""
@@ -94,8 +91,7 @@ class SupportRules:
 
     def touch(self, boxes: Boxes) -> Tensor:
         """Touching distance of each box, (N,) metres."""
-        growing = self.touch_per_square_m * boxes.center.square().sum(dim=-1)
-        return growing.clamp(max=self.most_touch_m).clamp(min=self.touch_m)
+        return (self.touch_per_square_m * boxes.center.square().sum(dim=-1)).clamp(min=self.touch_m)
 
 
 def candidate_supports(

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
-import torch
 
 from blockstab.stability.relating import related
 from blockstab.stability.support import SupportRules, candidate_supports
@@ -20,14 +17,6 @@ def test_machine_code_relates_boxes_as_the_steps_do(kind, generator):
     for amount, largest in ((40, 7), (4, 30)):
         world = table(kind, amount, largest, generator)
         assert_same_supports(related(*world, RULES), candidate_supports(*world, RULES))
-
-
-@pytest.mark.parametrize("distance", [2.0, 3.5, 6.0])
-def test_machine_code_says_of_far_boxes_too_what_the_steps_say(distance, generator):
-    world = table("any", 20, 8, generator)
-    center = world.boxes.center + torch.tensor([0.0, 0.0, distance], dtype=torch.float64)
-    far = world._replace(boxes=replace(world.boxes, center=center))
-    assert_same_supports(related(*far, RULES), candidate_supports(*far, RULES))
 
 
 def test_other_rules_find_other_relations(generator):

@@ -1,10 +1,8 @@
 import pytest
 import torch
 
-from blockstab.boxes.box import Boxes
-from blockstab.rgbd.noise import KINECT
 from blockstab.stability.refit import refit_axes
-from blockstab.stability.support import GROUND, SupportRules, SupportType
+from blockstab.stability.support import GROUND, SupportType
 from blockstab.testing import worlds
 from blockstab.testing.worlds import TABLE, Block, judge
 
@@ -18,14 +16,6 @@ def test_a_stack_rests_by_surface_on_the_block_below(gap):
 def test_blocks_further_apart_than_the_touching_distance_do_not_support_each_other():
     verdict = judge(Block(0, 0, 0.2, 0.1), Block(0, 0.125, 0.2, 0.1))
     assert verdict.supporters(1) == set()
-
-
-def test_what_is_far_touches_within_two_depth_steps_but_never_beyond_five_centimetres():
-    far = torch.tensor([[0.0, 0.0, z] for z in (-0.5, -2.9, -3.1, -8.0)], dtype=torch.float64)
-    cube = torch.full((4, 3), 0.1, dtype=torch.float64)
-    touch = SupportRules().touch(Boxes(far, torch.eye(3, dtype=torch.float64).expand(4, 3, 3), cube))
-    assert touch[[0, 2, 3]].tolist() == [0.02, 0.05, 0.05]
-    assert float(touch[1]) == pytest.approx(2 * KINECT.step * 2.9**2)
 
 
 def test_a_box_tilted_by_noise_still_rests_by_surface():

@@ -64,7 +64,6 @@ class Limits(NamedTuple):
     angle: float
     touch_m: float
     touch_per_square_m: float
-    most_touch_m: float
 
 
 def arrays(*tensors: Tensor) -> list[np.ndarray]:
@@ -90,7 +89,7 @@ def measured(given, limits):
             things.top[b, k] = given.rotation[b, k, axis] * sign
         things.tilt[b] = np.arccos(min(abs(things.top[b, 1]), 1.0))
         away = center[0] * center[0] + center[1] * center[1] + center[2] * center[2]
-        things.touch[b] = max(min(limits.touch_per_square_m * away, limits.most_touch_m), limits.touch_m)
+        things.touch[b] = max(limits.touch_per_square_m * away, limits.touch_m)
     return things
 
 
