@@ -11,7 +11,6 @@ import json
 import math
 import statistics
 import time
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -27,29 +26,16 @@ from blockstab.energy.overlap import expected_overlap
 from blockstab.output.export import write_whole
 from blockstab.scene.inference import Rules
 from blockstab.search.problem import problem_of
-from blockstab.stability.judges import TrimmedSupports, Verdicts
-from blockstab.stability.support import Supports
 from blockstab.testing.photographs import photograph
 from blockstab.testing.worlds import Block
 from models.potentials.parsing import parsing_potentials
-from tests.search.watched import CountingFitter
+from tests.search.watched import CountingFitter, CountingJudge
 from tests.synthetic import view_of
 
 COUNTS = (5, 10, 20, 40, 80)
 GAPS_M = {"apart": 0.052, "near": 0.01}  # between cubes; islands end at 5 cm
 _SIDE_M = 0.02
 _STEPS = 30
-
-
-@dataclass(frozen=True)
-class CountingJudge:
-    """The paper's rule, and how many boxes it was asked about."""
-
-    asked: list[int] = field(default_factory=list)
-
-    def __call__(self, boxes: Boxes, movable: Tensor, candidates: Supports, slack: Tensor) -> Verdicts:
-        self.asked.append(int(movable.sum()))
-        return TrimmedSupports()(boxes, movable, candidates, slack)
 
 
 def cubes(count: int, gap: float) -> list[Block]:

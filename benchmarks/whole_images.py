@@ -10,14 +10,13 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import shutil
 import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import mkdtemp
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from blockstab.output.export import write_whole
@@ -39,19 +38,18 @@ def run_of(checkout: Path, scenes: Sequence[Path], jobs: int) -> dict[str, Any]:
     Raises:
         subprocess.CalledProcessError: a scene could not be parsed.
     """
-    out = Path(mkdtemp())
     command = [sys.executable, "-W", "ignore", "-c", PARSE, "parse", *map(str, scenes), "--jobs", str(jobs)]
     environment = {**os.environ, "PYTHONPATH": str(checkout), "OMP_NUM_THREADS": "1"}
-    begin = time.perf_counter()
-    child = subprocess.Popen(
-        [*command, "--out", str(out)], cwd=checkout, env=environment, stderr=subprocess.DEVNULL
-    )
-    _, status, used = os.wait4(child.pid, 0)
-    wall = time.perf_counter() - begin
-    if status:
-        raise subprocess.CalledProcessError(status, command)
-    seconds = [json.loads((out / s.name / "scene.json").read_text())["seconds"] for s in scenes]
-    shutil.rmtree(out)
+    with TemporaryDirectory() as out:
+        begin = time.perf_counter()
+        child = subprocess.Popen(
+            [*command, "--out", out], cwd=checkout, env=environment, stderr=subprocess.DEVNULL
+        )
+        _, status, used = os.wait4(child.pid, 0)
+        wall = time.perf_counter() - begin
+        if status:
+            raise subprocess.CalledProcessError(status, command)
+        seconds = [json.loads((Path(out) / s.name / "scene.json").read_text())["seconds"] for s in scenes]
     return {
         "seconds": [_stages(found) for found in seconds],
         "wall_s": round(wall, 2),

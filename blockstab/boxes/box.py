@@ -121,3 +121,14 @@ def concatenate(parts: Sequence[Boxes]) -> Boxes:
         torch.cat([p.rotation for p in parts]),
         torch.cat([p.half_extent for p in parts]),
     )
+
+
+def rotation_of(quaternion: Tensor) -> Tensor:
+    """The rotation (3, 3) float64 of a quaternion (4,), w first, of any length but 0."""
+    w, x, y, z = (quaternion / quaternion.norm()).tolist()
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return torch.tensor(rows, dtype=torch.float64)

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 import torch
 from torch import Tensor
 
-from blockstab.boxes.box import Boxes, checked
+from blockstab.boxes.box import Boxes, checked, rotation_of
 from blockstab.boxes.separation import separation
 from blockstab.rgbd.ground import world_from_camera
 from blockstab.rgbd.reading import FrameError, Meta, finite, read_json
@@ -143,13 +143,7 @@ def _rotation(path: Path, k: int, row: dict[str, Any]) -> Tensor:
         q = _numbers(path, k, row, "quaternion", 4)
         if not 0.0 < float(q.norm()) < float("inf"):
             _refuse(path, k, "quaternion", "four numbers, not all zero", row["quaternion"])
-        w, x, y, z = (q / q.norm()).tolist()
-        turned = [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-        return torch.tensor(turned, dtype=torch.float64)
+        return rotation_of(q)
     if "rotation" not in row:
         return torch.eye(3, dtype=torch.float64)
     value = row["rotation"]

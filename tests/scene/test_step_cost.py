@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import pytest
-from torch import Tensor
 
-from blockstab.boxes.box import Boxes
 from blockstab.scene.builder import SceneBuilder
 from blockstab.scene.inference import Rules
 from blockstab.segments.hierarchy import build_hierarchy, split
-from blockstab.stability.judges import TrimmedSupports, Verdicts
-from blockstab.stability.support import Supports
 from blockstab.testing.photographs import photograph
 from blockstab.testing.worlds import Block
-from tests.search.watched import CountingFitter
+from tests.search.watched import CountingFitter, CountingJudge
 from tests.synthetic import view_of
 
 TOWER = (Block(-0.16, 0, 0.12, 0.06, d=0.1), Block(-0.16, 0.06, 0.09, 0.05, d=0.08))
@@ -25,17 +19,6 @@ APART = (
     Block(0.02, 0, 0.06, 0.05, z=0.06, d=0.06),
     Block(0.16, 0, 0.06, 0.05, z=0.06, d=0.06),
 )
-
-
-@dataclass(frozen=True)
-class CountingJudge:
-    """The paper's rule, and how many boxes it was asked about in each call."""
-
-    asked: list[int] = field(default_factory=list)
-
-    def __call__(self, boxes: Boxes, movable: Tensor, candidates: Supports, slack: Tensor) -> Verdicts:
-        self.asked.append(int(movable.sum()))
-        return TrimmedSupports()(boxes, movable, candidates, slack)
 
 
 def cost_of_a_split(apart: int) -> tuple[int, int, int]:

@@ -10,6 +10,7 @@ from typing import cast
 import torch
 from torch import Tensor
 
+from blockstab.boxes.box import Boxes
 from blockstab.boxes.fitting import Fits, MinimumSurface
 from blockstab.energy.overlap import ExpectedOverlap
 from blockstab.proposals.pool import Pool
@@ -19,6 +20,8 @@ from blockstab.scene.inference import Rules
 from blockstab.scene.types import Scene
 from blockstab.search.problem import EnergyFactory, Potentials, Problem, problem_of
 from blockstab.segments.segmentation import Segmentation
+from blockstab.stability.judges import TrimmedSupports, Verdicts
+from blockstab.stability.support import Supports
 from blockstab.testing.photographs import BLOCKS, photograph
 from tests.synthetic import view_of
 from tests.toy_potentials import toy_potentials
@@ -46,6 +49,18 @@ class CountingFitter:
         """Fit, and keep account."""
         (self.free if axis is None else self.refits).append(len(points))
         return self.inner(points, count, seed, axis)
+
+
+@dataclass(frozen=True)
+class CountingJudge:
+    """The paper's rule, and how many boxes it was asked about in each call."""
+
+    asked: list[int] = field(default_factory=list)
+
+    def __call__(self, boxes: Boxes, movable: Tensor, candidates: Supports, slack: Tensor) -> Verdicts:
+        """Judge, and keep account."""
+        self.asked.append(int(movable.sum()))
+        return TrimmedSupports()(boxes, movable, candidates, slack)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ from typing import TypeVar
 import torch
 from torch import Tensor
 
+from blockstab.boxes.box import rotation_of
+
 T = TypeVar("T")
 
 
@@ -38,11 +40,4 @@ def choice(generator: torch.Generator, items: Sequence[T]) -> T:
 
 def any_turn(generator: torch.Generator) -> Tensor:
     """A rotation (3, 3), all equally likely: that of a unit quaternion drawn evenly."""
-    q = torch.randn(4, generator=generator, dtype=torch.float64)
-    w, x, y, z = (q / q.norm()).tolist()
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return torch.tensor(rows, dtype=torch.float64)
+    return rotation_of(torch.randn(4, generator=generator, dtype=torch.float64))
