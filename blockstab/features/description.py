@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import chain
 
 import torch
 from torch import Tensor
 
-from blockstab.boxes.box import concatenate
 from blockstab.features.appearance.pair_cache import Appearances
 from blockstab.features.box_shape import box_shape
 from blockstab.features.columns import SegmentColumns
 from blockstab.features.contour import Contours
-from blockstab.features.pairwise import pairs_of, pairwise_features
+from blockstab.features.pairwise import neighbour_pairs, pairs_of, pairwise_features
 from blockstab.features.surface import Surfaces
 from blockstab.features.unary import unary_features
 from blockstab.observation import Observation
+from blockstab.scene.beside import beside
 from blockstab.scene.types import Scene
 from blockstab.segments.atoms import Atoms
 from blockstab.segments.hierarchy import Hierarchy
@@ -76,16 +75,17 @@ class Describer:
         """Describe scenes; what is new of their segments and boundaries is looked at in one batch."""
         if not scenes:
             return []
-        segments, sizes = [s for scene in scenes for s in scene.segmentation.segments], list(map(len, scenes))
-        lone = torch.split(self.lone(segments), sizes)
-        shape = torch.split(self._shape(scenes), sizes)
-        self._things(segments)
-        pairs = [pairs_of(scene) for scene in scenes]
-        looks = torch.split(self._appearances(list(chain(*pairs))), [len(some) for some in pairs])
-        return [
-            Described(scene, self._unary(scene, *rows), pairwise_features(scene, look), self.lost(scene))
-            for scene, look, *rows in zip(scenes, looks, shape, lone, strict=True)
+        together, sizes = beside(scenes), list(map(len, scenes))
+        segments = together.segmentation.segments
+        own = [
+            torch.cat([part(self._observation, self._atoms, s).double() for s in scenes])
+            for part in self._own
         ]
+        unary = torch.cat([unary_features(together), self._shape(together), self.lone(segments), *own], dim=1)
+        pairs = [len(neighbour_pairs(scene)[0]) for scene in scenes]
+        pairwise = pairwise_features(together, self._appearances(pairs_of(together)))
+        parts = (torch.split(*it) for it in ((unary, sizes), (pairwise, pairs), (self.lost(together), sizes)))
+        return list(map(Described, scenes, *parts))
 
     def lone(self, segments: Sequence[Segment]) -> Tensor:
         """Features of segments by themselves, (S, C) float64, columns `LONE_COLUMNS`."""
@@ -97,14 +97,10 @@ class Describer:
             self._row.update(zip(new, range(start, start + len(new)), strict=True))
         return self._rows[torch.tensor([self._row[s] for s in segments], dtype=torch.int64)]
 
-    def _shape(self, scenes: Sequence[Scene]) -> Tensor:
-        """`box_shape` of all their boxes, one after the other."""
-        boxes, pixels = concatenate([one.boxes for one in scenes]), torch.cat([s.pixel_count for s in scenes])
-        return box_shape(boxes, pixels, self._observation.frame.camera, self._observation.ground)
-
-    def _unary(self, scene: Scene, shape: Tensor, lone: Tensor) -> Tensor:
-        own = [part(self._observation, self._atoms, scene).double() for part in self._own]
-        return torch.cat([unary_features(scene), shape, lone, *own], dim=1)
+    def _shape(self, scene: Scene) -> Tensor:
+        return box_shape(
+            scene.boxes, scene.pixel_count, self._observation.frame.camera, self._observation.ground
+        )
 
     def lost(self, scene: Scene) -> Tensor:
         """(N,) as in `Described`: the mean of what its atoms say one by one, and of what the whole says."""

@@ -55,11 +55,16 @@ def neighbour_pairs(scene: Scene) -> tuple[Tensor, Tensor]:
 
     Where two segments have equally many pixels, the one that comes first in the scene counts as the larger.
     """
-    pairs, movable = scene.pairs, ~scene.background
-    judged = pairs.neighbours & movable[pairs.first] & movable[pairs.second]
-    first, second = pairs.first[judged], pairs.second[judged]
+    judged = _judged(scene)
+    first, second = scene.pairs.first[judged], scene.pairs.second[judged]
     in_order = scene.pixel_count[first] >= scene.pixel_count[second]
     return torch.where(in_order, first, second), torch.where(in_order, second, first)
+
+
+def _judged(scene: Scene) -> Tensor:
+    """Numbers of those pairs among all of a scene."""
+    pairs, movable = scene.pairs, ~scene.background
+    return (pairs.neighbours & movable[pairs.first] & movable[pairs.second]).nonzero()[:, 0]
 
 
 def pairs_of(scene: Scene) -> list[Pair]:
@@ -81,15 +86,11 @@ def pairwise_features(scene: Scene, appearance: Tensor) -> Tensor:
 def box_features(scene: Scene) -> Tensor:
     """Box features of each pair of `neighbour_pairs(scene)`, (M, 12) float64, in the order of `BOX_COLUMNS`."""
     larger, smaller = neighbour_pairs(scene)
-    n = len(scene)
-    gap = torch.zeros(n, n, dtype=torch.float64)
-    gap[scene.pairs.first, scene.pairs.second] = scene.pairs.gap
-    gap = gap + gap.T
     kind, offset = _support_between(scene, larger, smaller)
     measured = _Measured(
         larger,
         smaller,
-        (-gap[larger, smaller]).clamp(min=0.0),
+        (-scene.pairs.gap[_judged(scene)]).clamp(min=0.0),
         (scene.boxes.center[larger] - scene.boxes.center[smaller]).norm(dim=-1),
         kind,
         offset,
@@ -103,13 +104,20 @@ def box_features(scene: Scene) -> Tensor:
 def _support_between(scene: Scene, larger: Tensor, smaller: Tensor) -> tuple[Tensor, Tensor]:
     """The type of support between the two, (M,), -1 for none; and, (M,) metres, how far the centre of mass of the
     supported one lies from the centre of its support area, horizontally, 0 without support."""
-    n, supports = len(scene), scene.supports
-    boxes_only = supports.supporter >= 0
-    below, above = supports.supporter[boxes_only], supports.supported[boxes_only]
-    kind = torch.full((n, n), -1)
-    kind[below, above] = supports.type[boxes_only]
     center, area_center = on_ground(scene.balance.mass_center), scene.balance.support_center
     offset = (center - area_center).norm(dim=-1).nan_to_num(UNSUPPORTED_M).clamp(max=UNSUPPORTED_M)
-    up, down = kind[larger, smaller], kind[smaller, larger]
+    up, down = _kind(scene, larger, smaller), _kind(scene, smaller, larger)
     offset_between = torch.where(up >= 0, offset[smaller], torch.where(down >= 0, offset[larger], 0.0))
     return torch.where(up >= 0, up, down), offset_between
+
+
+def _kind(scene: Scene, below: Tensor, above: Tensor) -> Tensor:
+    """The type of the support of `above` (M,) by `below` (M,), -1 where there is none."""
+    n, supports = len(scene), scene.supports
+    key = supports.supporter * n + supports.supported  # negative for the ground
+    order = key.argsort(stable=True)
+    wanted = below * n + above
+    # The last of several between the same two.
+    place = torch.searchsorted(key[order], wanted, right=True) - 1
+    known = torch.cat([key[order], key.new_full((1,), -1)])[place]
+    return torch.where(known == wanted, torch.cat([supports.type[order], key.new_full((1,), -1)])[place], -1)

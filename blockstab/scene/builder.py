@@ -92,7 +92,9 @@ class SceneBuilder:
 
     def __call__(self, segmentations: Sequence[Segmentation]) -> list[Scene]:
         """Understand segmentations; their new boxes are fitted in one batch, their new islands judged in one."""
-        self.box_cache.rows(list(dict.fromkeys(s for one in segmentations for s in one.segments)))
+        segments = list(dict.fromkeys(s for one in segmentations for s in one.segments))
+        self.box_cache.rows(segments)
+        self._by_rules(segments)
         islands = [self._islands(one) for one in segmentations]
         self._think(list(dict.fromkeys(p for some in islands for p in some if p not in self._found)))
         rows = [self._rows(one, some) for one, some in zip(segmentations, islands, strict=True)]
