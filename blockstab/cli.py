@@ -79,6 +79,10 @@ def simulate(
     seed: Annotated[int, typer.Option(min=0, help="Of the whole set.")] = 0,
     sensor: Annotated[str, typer.Option(help="How depth is measured: kinect, realsense, ideal.")] = "kinect",
     variety: Annotated[float, typer.Option(help="Of colours and light, from 0, plain, to 1.")] = 1.0,
+    spoilt: Annotated[
+        str | None,
+        typer.Option(help="Scenes that do not stand: support, of which one was taken out; let_go."),
+    ] = None,
     verdicts: Annotated[
         bool, typer.Option("--verdicts", help="Boxes let go, and which of them move.")
     ] = False,
@@ -90,7 +94,7 @@ def simulate(
     if verdicts:
         simulate_verdicts(out, preset, count, seed, jobs)
     else:
-        simulate_scenes(out, preset, count, seed, sensor, variety, jobs)
+        simulate_scenes(out, preset, count, seed, sensor, variety, spoilt, jobs)
 
 
 @app.command()

@@ -31,6 +31,7 @@ PARTS = {
     "rules": "rules",
     "ground": "ground_of",
     "potentials": "potentials",
+    "concluding": "concluding",
     "seed": "seed",
 }
 

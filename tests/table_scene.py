@@ -11,13 +11,16 @@ from torch import Tensor
 from blockstab.boxes.box import Boxes
 from blockstab.geometry.convex_hulls import Polygons
 from blockstab.parsing.parsed import Parsed
+from blockstab.parsing.taken_away import Removal
 from blockstab.rgbd.cloud import Cloud
 from blockstab.rgbd.frame import Camera, Frame
 from blockstab.rgbd.ground import Ground
+from blockstab.scene.completion import Verdict
 from blockstab.scene.types import Pairs, Scene
 from blockstab.segments.segmentation import Segmentation
 from blockstab.stability.balance import Balance
 from blockstab.stability.support import GROUND, Supports, SupportType
+from blockstab.stability.taking_apart import Reason
 
 IDS = (7, 2, 40, 5)
 TABLE, BLOCK, TOPPLING, LEANING = range(4)
@@ -44,7 +47,15 @@ def parsed_table() -> Parsed:
         unary=torch.tensor([0.1, 0.2, 0.9, 0.4]),
         pairwise=torch.tensor([0.3, 0.7]),
         badness=torch.tensor([0.05, 0.1, 0.8, 0.3]),
-        falls={BLOCK: (TOPPLING, LEANING), TOPPLING: (), LEANING: ()},
+        seen=scene.boxes,
+        verdict=(Verdict.BACKGROUND, Verdict.STABLE, Verdict.UNSTABLE, Verdict.STABLE),
+        unseen={},
+        removal=Removal(
+            {BLOCK: (TOPPLING, LEANING), TOPPLING: (), LEANING: ()},
+            {(BLOCK, TOPPLING): Reason.SUPPORT, (BLOCK, LEANING): Reason.NEIGHBOUR},
+            (TOPPLING, LEANING, BLOCK),
+        ),
+        judge="TrimmedSupports",
         energy=2.5,
         trace=(4.0, 2.5),
         seconds={"cloud": 0.25, "search": 1.5},

@@ -92,6 +92,7 @@ class BoxCache:
         self.fits = Fits.none()
         self._row: dict[BoxKey, int] = {}
         self._variant: dict[tuple[int, bytes], int] = {}
+        self._fitted: dict[int, int] = {}  # the row of the fit that a variant is of
         # Arrays, because a search asks for few pairs at a time, and often.
         self._owner = np.empty(0, dtype=np.int64)  # the smallest atom of the segment of each row
         self._pair_key = np.empty(0, dtype=np.int64)  # ascending
@@ -146,8 +147,13 @@ class BoxCache:
                 self._variant[key] = len(self.fits)
                 self.fits = self.fits.extended(self.fits[rows[i : i + 1]].with_boxes(boxes[i : i + 1]))
                 self._owner = np.append(self._owner, self._owner[int(rows[i])])
+                self._fitted[self._variant[key]] = int(rows[i])
             result[i] = self._variant[key]
         return result
+
+    def fitted(self, rows: Tensor) -> Tensor:
+        """Rows of the boxes as they were fitted to their points, before anything was added to them."""
+        return torch.tensor([self._fitted.get(row, row) for row in rows.tolist()], dtype=torch.long)
 
     def separation(self, first: Tensor, second: Tensor) -> Separation:
         """Gaps and directions of pairs of rows (P,), measured once for each pair of boxes."""

@@ -12,17 +12,19 @@ from blockstab.commands.parse import stop
 from blockstab.simulation.census import census_of
 from blockstab.simulation.physics.verdicts import summary, write_verdicts
 from blockstab.simulation.simulated import Recipe
+from blockstab.simulation.spoilt import spoilt
 from blockstab.simulation.writing import SHEET, write_simulated
 from models.entry import one_line_errors
 
 
 def simulate_scenes(
-    out: Path, preset: str, count: int, seed: int, sensor: str, variety: float, jobs: int
+    out: Path, preset: str, count: int, seed: int, sensor: str, variety: float, way: str | None, jobs: int
 ) -> None:
-    """Make scenes."""
+    """Make scenes; with a way to spoil them, such that do not stand."""
 
     def made() -> str:
-        folders = write_simulated(out, Recipe(preset, seed, sensor, variety), count, jobs)
+        recipe = Recipe if way is None else spoilt(way)
+        folders = write_simulated(out, recipe(preset, seed, sensor, variety), count, jobs)
         return f"{len(folders)} scenes in {out}; look at {out / SHEET}. {census_of(folders).summary()}"
 
     _say(made, out)

@@ -34,6 +34,7 @@ class ObjectTruth:
         category: what it is, in the words of its set.
         total_pixels: how many pixels it would cover in the image if nothing stood in front of it.
         hardly_seen: whether so few of its pixels are seen that it should not be scored.
+        moves: whether it moves, let go where it is; None where all is at rest, as in photographs.
     """
 
     id: int
@@ -46,6 +47,7 @@ class ObjectTruth:
     category: str | None = None
     total_pixels: int | None = None
     hardly_seen: bool = False
+    moves: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -132,7 +134,15 @@ def _object(entry: Mapping[str, Any], position: int) -> ObjectTruth:
         given.get("category"),
         _pixels(given, of),
         given.get("hardly_seen") is True,
+        _flag(given, "moves", of),
     )
+
+
+def _flag(given: Mapping[str, Any], key: str, of: str) -> bool | None:
+    value = given.get(key)
+    if not isinstance(value, bool | None):
+        raise ValueError(f"{key} {of} must be true or false, but is {shown(value)}")
+    return value
 
 
 def _types(given: Mapping[str, Any], ids: Mapping[str, tuple[int, ...]], of: str) -> tuple[str, ...] | None:

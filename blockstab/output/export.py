@@ -11,13 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 from PIL import Image
 
+from blockstab.boxes.box import Boxes
 from blockstab.output.report import report_html
 from blockstab.parsing.parsed import Parsed
 from blockstab.stability.support import GROUND, SupportType
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 MAX_ID = 65535  # labels.png holds 16 bits a pixel
 
 Record = dict[str, Any]
@@ -56,8 +58,13 @@ def scene_record(parsed: Parsed) -> Record:
         ],
         "falls_if_removed": {
             str(output_id[i]): sorted(output_id[j] for j in fallen)
-            for i, fallen in sorted(parsed.falls.items())
+            for i, fallen in sorted(parsed.removal.falls.items())
         },
+        "falls_because": _reasons(parsed),
+        "removal_order": None
+        if parsed.removal.order is None
+        else [output_id[i] for i in parsed.removal.order],
+        "judge": parsed.judge,
         "energy": parsed.energy,
         "energy_trace": list(parsed.trace),
         "seconds": dict(parsed.seconds),
@@ -99,29 +106,57 @@ def write_whole(path: Path, content: bytes) -> None:
 
 def _segments(parsed: Parsed) -> list[Record]:
     scene = parsed.scene
-    boxes = scene.boxes.rotated(scene.ground.world_from_camera.T)
+    boxes, seen = (some.rotated(scene.ground.world_from_camera.T) for some in (scene.boxes, parsed.seen))
     return [
         {
             "id": parsed.ids[i],
             "background": bool(scene.background[i]),
             "pixels": int(scene.pixel_count[i]),
-            "box": {
-                "center": boxes.center[i].tolist(),
-                "rotation": boxes.rotation[i].tolist(),
-                "half_extent": boxes.half_extent[i].tolist(),
-            },
+            "box": _box(boxes, i),
+            "seen_box": _box(seen, i),
             "fit": {
                 "mean_m": float(scene.fit_mean[i]),
                 "variance_m2": float(scene.fit_variance[i]),
                 "visible_share": float(scene.visible_share[i]),
             },
             "stable": bool(scene.balance.stable[i]),
+            "verdict": str(parsed.verdict[i]),
+            "unseen_support": _unseen(parsed, i),
             "margin_m": _or_null(float(scene.balance.margin[i])) if not scene.background[i] else None,
             "potential": float(parsed.unary[i]),
             "badness": float(parsed.badness[i]),
         }
         for i in range(len(scene))
     ]
+
+
+def _box(boxes: Boxes, i: int) -> Record:
+    return {
+        "center": boxes.center[i].tolist(),
+        "rotation": boxes.rotation[i].tolist(),
+        "half_extent": boxes.half_extent[i].tolist(),
+    }
+
+
+def _unseen(parsed: Parsed, i: int) -> Record | None:
+    """What carries a segment unseen: where it can touch it, in the camera frame, and how tall it can be."""
+    if i not in parsed.unseen:
+        return None
+    found = parsed.unseen[i]
+    height = found.area.new_full((len(found.area), 1), found.top)
+    corners = torch.cat([found.area[:, :1], height, found.area[:, 1:]], dim=1)
+    return {
+        "area": (corners @ parsed.scene.ground.world_from_camera).tolist(),
+        "height_m": found.top - found.bottom,
+    }
+
+
+def _reasons(parsed: Parsed) -> dict[str, dict[str, str]]:
+    """By segment id, by the id of what falls without it: why."""
+    found: dict[str, dict[str, str]] = {}
+    for (taken, fallen), reason in sorted(parsed.removal.reasons.items()):
+        found.setdefault(str(parsed.ids[taken]), {})[str(parsed.ids[fallen])] = str(reason)
+    return found
 
 
 def _or_null(number: float) -> float | None:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from torch import Tensor
 
+from blockstab.boxes.box import Boxes
+from blockstab.parsing.taken_away import Removal
 from blockstab.rgbd.cloud import Cloud
 from blockstab.rgbd.frame import Frame
+from blockstab.scene.completion import Verdict
 from blockstab.scene.types import Scene
+from blockstab.stability.hidden_support import HiddenSupport
 
 
 @dataclass(frozen=True)
@@ -26,7 +31,11 @@ class Parsed:
         pairwise: (M,) potential of each pair that shares a border: the pairs of `scene.pairs` with
             `neighbours` true, in their order; NaN where one of them is background, which is not judged.
         badness: (N,) probability that a segment is wrong.
-        falls: by segment index, the indices of the segments that fall if it is removed.
+        seen: N boxes, as far as they were seen; those of `scene` are completed.
+        verdict: N, why each segment stands or does not.
+        unseen: by segment index, what carries it and was not seen.
+        removal: what falls without each segment, why, and an order in which nothing does.
+        judge: who said so, by the name of its class.
         energy: of the segmentation (Eq. 2).
         trace: the energy of the best that the search kept after each step, the first guess first.
         seconds: by stage, time spent; the stages do not overlap.
@@ -47,7 +56,11 @@ class Parsed:
     unary: Tensor
     pairwise: Tensor
     badness: Tensor
-    falls: dict[int, tuple[int, ...]]
+    seen: Boxes
+    verdict: tuple[Verdict, ...]
+    unseen: Mapping[int, HiddenSupport]
+    removal: Removal
+    judge: str
     energy: float
     trace: tuple[float, ...]
     seconds: dict[str, float]
@@ -62,6 +75,8 @@ class Parsed:
             ("ids", (len(self.ids),), (n,)),
             ("unary", tuple(self.unary.shape), (n,)),
             ("badness", tuple(self.badness.shape), (n,)),
+            ("seen", (len(self.seen),), (n,)),
+            ("verdict", (len(self.verdict),), (n,)),
             ("pairwise", tuple(self.pairwise.shape), (bordering,)),
             ("label", tuple(self.label.shape), pixels),
         ):

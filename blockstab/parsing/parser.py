@@ -21,16 +21,17 @@ from blockstab.observation import GroundFinder, estimated_ground
 from blockstab.parsing.collecting import uncollected
 from blockstab.parsing.look import Look
 from blockstab.parsing.parsed import Parsed
+from blockstab.parsing.taken_away import removal_of
 from blockstab.proposals import Proposal, stamp_of
 from blockstab.proposals.pool import Pool, Regions
 from blockstab.proposals.search_input import SearchInput
 from blockstab.rgbd.frame import Frame
+from blockstab.scene.conclusions import Concluding, WhatStands
 from blockstab.scene.inference import Rules
 from blockstab.search import Search, SearchResult, rank
 from blockstab.search.problem import EnergyFactory, Potentials, Problem, problem_of
 from blockstab.segments.atoms import Atoms
 from blockstab.segments.segmentation import Segment, Segmentation
-from blockstab.stability.removal import falls_if_removed
 
 
 class CalibratedPotential(Protocol):
@@ -66,6 +67,7 @@ class Parser:
         energy: makes, from the potentials, what the search lowers.
         pool: offers masks to the search.
         columns: of segments, beside ours, that the potentials ask for.
+        concluding: says in the end what stands, and what must be there unseen.
         seed: of the search.
     """
 
@@ -78,6 +80,7 @@ class Parser:
     energy: EnergyFactory = expected_overlap
     pool: Pool = field(default_factory=Regions)
     columns: Sequence[SegmentColumns] = ()
+    concluding: Concluding = field(default_factory=WhatStands)
     seed: int = 0
 
     @property
@@ -97,18 +100,11 @@ class Parser:
     def understand(self, look: Look) -> Parsed:
         """Understand one image, of which other parsers may have computed something already."""
         problem, found, seconds = self.search_in(look)
+        with _timed(seconds, "conclusion"):
+            concluded = self.concluding(found.best.scene, problem.build)
         with _timed(seconds, "removal"):
-            scene, search_input = found.best.scene, problem.search_input
-            rules = problem.build.rules
-            slack = rules.support.noise(scene.boxes)
-            table = falls_if_removed(
-                scene.boxes,
-                ~scene.background,
-                scene.candidates,
-                scene.balance.stable,
-                slack,
-                rules.judge,
-            )
+            removal = removal_of(concluded.scene, problem.build.rules)
+        scene, search_input = concluded.scene, problem.search_input
         ids = _ids(scene.segmentation, search_input)
         return Parsed(
             name=look.frame.name,
@@ -119,8 +115,12 @@ class Parser:
             ids=ids,
             unary=found.best.unary.detach(),
             pairwise=_by_pair(found.best),
-            badness=self.potentials.unary.badness(problem.describe([scene])[0].unary),
-            falls={i: tuple(row.nonzero()[:, 0].tolist()) for i, row in enumerate(table)},
+            badness=self.potentials.unary.badness(problem.describe([found.best.scene])[0].unary),
+            seen=concluded.seen,
+            verdict=concluded.verdict,
+            unseen=concluded.unseen,
+            removal=removal,
+            judge=type(problem.build.rules.judge).__name__,
             energy=rank(found.best),
             trace=found.trace,
             seconds=seconds,

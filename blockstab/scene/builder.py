@@ -13,6 +13,7 @@ from blockstab.boxes.background import is_background
 from blockstab.boxes.box_cache import BoxCache, SegmentPoints
 from blockstab.boxes.extent import surface_distance
 from blockstab.boxes.separation import Separation
+from blockstab.boxes.strays import without_strays
 from blockstab.rgbd.cloud import Cloud
 from blockstab.rgbd.ground import Ground
 from blockstab.rgbd.occlusion import Occlusion
@@ -22,6 +23,7 @@ from blockstab.scene.types import Pairs, Scene
 from blockstab.segments.atoms import Atoms
 from blockstab.segments.segmentation import Segment, Segmentation
 from blockstab.stability.balance import Balance
+from blockstab.stability.situation import Situation, Unseen
 
 _TABLE = 1024  # segments judged together: the square of their number is what costs
 _NO_GROUND_SHARE = 0.01  # of the points lie below the ground that is assumed where none was found
@@ -80,7 +82,7 @@ class SceneBuilder:
             raise ValueError(
                 f"Atom {int((self._points.count == 0).nonzero()[0]) + 1} holds no pixel with depth."
             )
-        self.atoms, self.ground, self.rules = atoms, ground, rules
+        self.atoms, self.ground, self.rules, self.occlusion = atoms, ground, rules, occlusion
         self.box_cache = BoxCache(self._points, rules.fitter)
         height = _lowest(points) if ground.height is None else ground.height
         self._reason = StabilityInference(self.box_cache, occlusion, height, rules)
@@ -107,6 +109,21 @@ class SceneBuilder:
         self.box_cache.rows(list(one.segments))
         found, _ = self._backgrounds(one)
         return one.telling(dict(zip(one.segments, found.tolist(), strict=True)))
+
+    def as_seen(self, scene: Scene) -> Situation:
+        """The boxes of a scene as far as they were seen: without what was added to them, and without strays."""
+        one = scene.segmentation
+        rows = self.box_cache.fitted(self._rows(one, self._islands(one)))
+        points, count, _ = self._points.gather(list(one.segments))
+        return Situation(
+            without_strays(self.box_cache.fits.boxes[rows], points, count),
+            ~scene.background,
+            scene.background & self._backgrounds(one)[1],
+            self._reason.ground_height,
+            self.rules.support,
+            self.rules.judge,
+            Unseen.none(),
+        )
 
     def in_box(self, segment: Segment) -> AtomsInBox:
         """Places of the atoms of a segment in the box that is fitted to it by itself."""

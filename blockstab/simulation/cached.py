@@ -41,10 +41,13 @@ class SimulatedScenes:
     @cached_property
     def made(self) -> FolderScenes:
         """The scenes on disk; those that are missing are made."""
-        recipe = Recipe(self.preset, self.seed, self.sensor, self.variety)
         root = Path(self.cache) / self.name
-        write_simulated(root, recipe, self.count, self.jobs)
+        write_simulated(root, self.recipe(), self.count, self.jobs)
         return FolderScenes(root)
+
+    def recipe(self) -> Recipe:
+        """The recipe of its scenes."""
+        return Recipe(self.preset, self.seed, self.sensor, self.variety)
 
     def scenes(self) -> list[str]:
         """The names of the scenes, in order."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
@@ -25,6 +25,20 @@ from blockstab.stability.support import SupportType
 
 VERSION = 5  # raised whenever the same seed makes another scene than before
 _ATTEMPTS = 50
+
+
+class Arranged(NamedTuple):
+    """Arrangement of solids that a picture is taken of.
+
+    Args:
+        pile: in the table frame.
+        held: who carries whom; None where it does not rest.
+        moves: (N,) bool, which would move if they were let go; None where it rests.
+    """
+
+    pile: Pile
+    held: Contacts | None
+    moves: Tensor | None = None
 
 
 @dataclass(frozen=True)
@@ -68,6 +82,10 @@ class Recipe:
         entropy = np.random.SeedSequence((self.seed, index)).generate_state(1, np.uint64)
         return torch.Generator().manual_seed(int(entropy[0]))
 
+    def arranged(self, generator: torch.Generator) -> Arranged:
+        """A pile at rest."""
+        return Arranged(*resting_pile(preset(self.preset), generator))
+
 
 def simulate_scene(recipe: Recipe, index: int) -> tuple[Frame, Truth]:
     """Scene number `index` of a recipe; the same to the bit whenever it is made on the same machine.
@@ -82,14 +100,15 @@ def simulate_scene(recipe: Recipe, index: int) -> tuple[Frame, Truth]:
     """
     kind, eye, generator = preset(recipe.preset), sensor(recipe.sensor), recipe.generator(index)
     with one_thread():
-        pile, held = _resting_pile(kind, generator)
+        arranged = recipe.arranged(generator)
+        pile = arranged.pile
         view = draw_view(generator, pile, eye, kind.setting)
         room = furnish(generator, view, pile, kind.setting)
         picture = photograph(recipe.scene(index), pile, view, room, eye, recipe.variety, generator)
-        return picture.frame, _truth(pile, held, view, picture)
+        return picture.frame, _truth(arranged, view, picture)
 
 
-def _resting_pile(kind: Preset, generator: torch.Generator) -> tuple[Pile, Contacts]:
+def resting_pile(kind: Preset, generator: torch.Generator) -> tuple[Pile, Contacts]:
     """A pile at rest, and who carries whom in it."""
     for _ in range(_ATTEMPTS):
         pile = settle(kind.arrange(generator), kind.reach)
@@ -103,36 +122,53 @@ def _resting_pile(kind: Preset, generator: torch.Generator) -> tuple[Pile, Conta
     raise RuntimeError(f"None of {_ATTEMPTS} arrangements came to rest with enough of it stacked.")
 
 
-def _truth(pile: Pile, held: Contacts, view: Viewpoint, picture: Picture) -> Truth:
-    fallen = falls(pile)
+def _truth(arranged: Arranged, view: Viewpoint, picture: Picture) -> Truth:
+    pile = arranged.pile
     seen = view.in_camera(pile.boxes())
     label = picture.frame.label
     assert label is not None
     measured = torch.where(picture.frame.depth > 0, label, 0)
+    relations = _relations(arranged)
     objects = []
     for i, solid in enumerate(pile.solids):
         own = i + TABLE + 1
         pose = torch.eye(4, dtype=torch.float64)
         pose[:3, :3], pose[:3, 3] = seen.rotation[i], seen.center[i]
-        # The table's row is the last, and its id is the lowest.
-        type_by_id = held.type[:, i].roll(1)
-        supporters = (type_by_id >= 0).nonzero().flatten()
         objects.append(
             ObjectTruth(
                 id=own,
                 kind=solid.kind,
                 half_extent=solid.half_extent,
                 pose_camera=pose,
-                supported_by=tuple((supporters + TABLE).tolist()),
-                falls_if_removed=tuple((fallen[i].nonzero().flatten() + TABLE + 1).tolist()),
-                support_types=tuple(SupportType(t).name.lower() for t in type_by_id[supporters].tolist()),
                 category=solid.style,
                 total_pixels=int(picture.total_pixels[i]),
                 hardly_seen=int((measured == own).sum()) < MIN_VISIBLE_PX,
+                **relations[i],
             )
         )
     frame = picture.frame
-    return Truth(frame.background_ids, tuple(objects), frame.up_camera, True, boundary_of(label))
+    rests = arranged.held is not None
+    return Truth(frame.background_ids, tuple(objects), frame.up_camera, rests, boundary_of(label))
+
+
+def _relations(arranged: Arranged) -> list[dict[str, Any]]:
+    """Of each solid what `ObjectTruth` says of how it stands: who carries it, and what falls without it."""
+    if arranged.held is None:
+        assert arranged.moves is not None
+        return [{"moves": moved} for moved in arranged.moves.tolist()]
+    fallen, found = falls(arranged.pile), []
+    for i in range(len(arranged.pile)):
+        # The table's row is the last, and its id is the lowest.
+        type_by_id = arranged.held.type[:, i].roll(1)
+        supporters = (type_by_id >= 0).nonzero().flatten()
+        found.append(
+            {
+                "supported_by": tuple((supporters + TABLE).tolist()),
+                "falls_if_removed": tuple((fallen[i].nonzero().flatten() + TABLE + 1).tolist()),
+                "support_types": tuple(SupportType(t).name.lower() for t in type_by_id[supporters].tolist()),
+            }
+        )
+    return found
 
 
 def boundary_of(surface: Tensor) -> Tensor:

@@ -34,7 +34,7 @@ def test_a_record_follows_the_schema(parsed: Parsed) -> None:
 @pytest.mark.parametrize(
     ("path", "value"),
     [
-        (["schema"], 2),
+        (["schema"], 1),
         (["surprise"], 1),
         (["up_camera"], [0.0, 1.0]),
         (["up_confidence"], 1.2),

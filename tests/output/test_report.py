@@ -48,7 +48,7 @@ def test_a_page_asks_for_nothing_outside_itself(parsed: Parsed) -> None:
     assert not [
         tag for tag, attributes in tags if tag == "link" or "src" in attributes or "href" in attributes
     ]
-    assert sum(tag == "script" for tag, _ in tags) == 6  # plotly.js and five figures
+    assert sum(tag == "script" for tag, _ in tags) == 7  # plotly.js, five figures and what a click shows
 
 
 def test_a_page_names_its_scene_and_sums_it_up(parsed: Parsed) -> None:
@@ -75,7 +75,7 @@ def test_a_page_warns_of_an_unsure_up_direction_and_of_a_missing_ground(parsed: 
 def test_the_table_lists_objects_then_background(parsed: Parsed) -> None:
     rows = Page(report_html(parsed)).rows
     assert [row[0] for row in rows] == ["id", "2", "40", "5", "7"]
-    assert rows[1][2:] == ["20.0 x 20.0 x 20.0", "stable", "40.0", "0.10", "7 (surface)", "40, 5"]
+    assert rows[1][2:] == ["20.0 x 20.0 x 20.0", "stable", "40.0", "0.10", "7 (surface)", "40, 5", "3"]
     assert rows[2][3:7] == ["unstable", "-12.0", "0.80", "2 (partial)"]
     assert rows[3][4:7] == ["", "0.30", "ground (surface), 2 (side)"]
     assert rows[4][3:5] == ["background", ""]

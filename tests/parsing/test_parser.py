@@ -144,7 +144,7 @@ def test_a_parse_says_where_it_came_from(frame, sampled):
     assert sampled.potentials_name == "toy"
     assert sampled.potentials_sha256 == toy_potentials().sha256
     assert sampled.trace[-1] == sampled.energy
-    assert sampled.seconds.keys() == {"observation", "proposal", "pool", "search", "removal"}
+    assert sampled.seconds.keys() == {"observation", "proposal", "pool", "search", "conclusion", "removal"}
     assert replace(AS_IT_IS, seed=9)(frame).seed == 9
 
 

@@ -8,7 +8,14 @@ from pathlib import Path
 from blockstab.datasets.truth import Truth
 from blockstab.evaluation.scoring.flat import flat_found
 from blockstab.evaluation.scoring.prediction import Prediction, Score
-from blockstab.evaluation.scoring.scenes import axis_error, stable, support, support_below
+from blockstab.evaluation.scoring.scenes import (
+    axis_error,
+    carried_unseen,
+    spoilt_found,
+    stable,
+    support,
+    support_below,
+)
 from blockstab.evaluation.scoring.segments import (
     boundary_f,
     detected,
@@ -26,6 +33,8 @@ SCORES: dict[str, Callable[[Prediction, Frame, Truth], Score]] = {
     "support_accuracy": support,
     "support_below": support_below,
     "stable_share": stable,
+    "carried_unseen": carried_unseen,
+    "spoilt_found": spoilt_found,
     "overlap": overlap,
     "overlap_plain": overlap_plain,
     "overlap_touching": overlap_touching,

@@ -56,5 +56,19 @@ def stable(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
     return Score(float(sum(verdicts[i] for i in scored)), len(scored))
 
 
+def carried_unseen(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
+    """Objects that are judged stable on something that nobody saw; they count as stable too."""
+    verdicts = {s["id"]: s["verdict"] for s in prediction.record["segments"]}
+    scored = [o.id for o in seen(frame, truth) if o.id in verdicts]
+    return Score(float(sum(verdicts[i] == "hidden_support" for i in scored)), len(scored))
+
+
+def spoilt_found(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
+    """Whether anything is judged unstable in a scene that does not stand; other scenes do not count."""
+    if not any(o.moves for o in truth.objects):
+        return Score(0.0, 0)
+    return Score(float(any(not s["stable"] for s in prediction.record["segments"])), 1)
+
+
 def _merged(identity: int, background: set[int]) -> int:
     return BACKGROUND if identity in background else identity

@@ -9,9 +9,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from blockstab.boxes.box import Boxes
 from blockstab.output.figures.figure import Figure, Trace
 from blockstab.output.figures.marks import describe, segment_colors
 from blockstab.parsing.parsed import Parsed
+from blockstab.scene.completion import Verdict
+from blockstab.stability.hidden_support import HiddenSupport
 
 CLOUD_POINTS = 25_000  # more make a large file and a slow turn of the hand
 FIELD_OF_VIEW_DEG = 45.0  # plotly's
@@ -85,20 +88,44 @@ def _cloud(parsed: Parsed, low: Tensor, high: Tensor) -> Trace:
 
 
 def _wireframes(parsed: Parsed, objects: Tensor) -> list[Trace]:
-    boxes, colors = parsed.scene.boxes, segment_colors(parsed.scene)
-    pen_up = torch.full((len(boxes), 12, 1, 3), torch.nan, dtype=torch.float64)
-    lines = torch.cat([boxes.edges(), pen_up], dim=2).flatten(1, 2)
-    return [
-        {
-            **_scattered(lines[i]),
+    """Boxes as they were seen, and, dashed, as they were completed; dotted, where something unseen may carry one."""
+    colors = segment_colors(parsed.scene)
+    seen, whole = _lines(parsed.seen), _lines(parsed.scene.boxes)
+    traces = []
+    for i in objects.tolist():
+        style = {
             "mode": "lines",
             "line": {"color": colors[i], "width": 5},
             "hovertext": describe(parsed, i),
             "hoverinfo": "text",
-            "name": f"box {parsed.ids[i]}",
+            "customdata": [parsed.ids[i]] * len(whole[i]),
         }
-        for i in objects.tolist()
+        traces.append({**_scattered(seen[i]), **style, "name": f"box {parsed.ids[i]}"})
+        if parsed.verdict[i] == Verdict.COMPLETED:
+            dashed = {"color": colors[i], "width": 3, "dash": "dash"}
+            traces.append({**_scattered(whole[i]), **style, "line": dashed, "name": f"whole {parsed.ids[i]}"})
+        if i in parsed.unseen:
+            dotted = {"color": colors[i], "width": 3, "dash": "dot"}
+            around = _outline(parsed.unseen[i])
+            traces.append({**_scattered(around), **style, "line": dotted, "name": f"unseen {parsed.ids[i]}"})
+    return traces
+
+
+def _lines(boxes: Boxes) -> Tensor:
+    """(N, 36, 3) the edges of boxes, one after the other, the pen lifted in between."""
+    pen_up = torch.full((len(boxes), 12, 1, 3), torch.nan, dtype=torch.float64)
+    return torch.cat([boxes.edges(), pen_up], dim=2).flatten(1, 2)
+
+
+def _outline(found: HiddenSupport) -> Tensor:
+    """The outline of what was not seen, at its top and its foot, with the pen lifted in between."""
+    ring = torch.cat([found.area, found.area[:1]])
+    pen_up = torch.full((1, 3), torch.nan, dtype=torch.float64)
+    levels = [
+        torch.cat([ring[:, :1], torch.full((len(ring), 1), height, dtype=torch.float64), ring[:, 1:]], dim=1)
+        for height in (found.top, found.bottom)
     ]
+    return torch.cat([levels[0], pen_up, levels[1]])
 
 
 def _names(parsed: Parsed, objects: Tensor) -> Trace:
@@ -108,11 +135,17 @@ def _names(parsed: Parsed, objects: Tensor) -> Trace:
     return {
         **_scattered(tops),
         "mode": "text",
-        "text": [f"<b>{parsed.ids[i]}</b>" for i in objects.tolist()],
+        "text": [_name(parsed, i) for i in objects.tolist()],
         "textfont": {"color": [colors[i] for i in objects.tolist()], "size": 15},
         "hoverinfo": "skip",
         "name": "ids",
     }
+
+
+def _name(parsed: Parsed, i: int) -> str:
+    """The id, and behind it, small, when the thing can be taken away."""
+    order = parsed.removal.order or ()
+    return f"<b>{parsed.ids[i]}</b>" + (f"<sub> {order.index(i) + 1}.</sub>" if i in order else "")
 
 
 def _scattered(points: Tensor) -> Trace:

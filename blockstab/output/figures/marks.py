@@ -21,9 +21,14 @@ def segment_colors(scene: Scene) -> list[str]:
     ]
 
 
-def state(scene: Scene, i: int) -> str:
-    """The state of segment index `i`: "stable", "unstable" or "background"."""
-    return "background" if scene.background[i] else "stable" if scene.balance.stable[i] else "unstable"
+def state(parsed: Parsed, i: int) -> str:
+    """The state of segment index `i`: a word of `Verdict`."""
+    return str(parsed.verdict[i])
+
+
+def in_words(kind: str) -> str:
+    """A state as one reads it."""
+    return kind.replace("_", " ")
 
 
 def margin_mm(scene: Scene, i: int) -> float | None:
@@ -34,7 +39,10 @@ def margin_mm(scene: Scene, i: int) -> float | None:
 
 def describe(parsed: Parsed, i: int) -> str:
     """A few lines on segment index `i`, for the pointer to show."""
-    lines = [f"<b>{parsed.ids[i]}</b> {state(parsed.scene, i)}", f"badness {float(parsed.badness[i]):.2f}"]
+    lines = [
+        f"<b>{parsed.ids[i]}</b> {in_words(state(parsed, i))}",
+        f"badness {float(parsed.badness[i]):.2f}",
+    ]
     margin = margin_mm(parsed.scene, i)
     return "<br>".join(lines if margin is None else [*lines, f"margin {margin:.0f} mm"])
 
