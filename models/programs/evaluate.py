@@ -19,6 +19,8 @@ import blockstab
 from blockstab.datasets.readable import readable
 from blockstab.datasets.splits import scenes_of
 from blockstab.evaluation.comparison import Comparison, Method
+from blockstab.evaluation.scoring.rows import Scored, rows_of
+from blockstab.evaluation.true_boxes import removals
 from blockstab.output.export import write_whole
 from models.configured import CONFIGS, PARTS, example_maker, made, parser_maker, see_own_code
 from models.entry import one_line_errors
@@ -62,6 +64,7 @@ def run(cfg: DictConfig) -> None:
         "seconds": round(time.perf_counter() - begin, 2),
         "versions": {"blockstab": blockstab.__version__, "torch": torch.__version__},
     }
+    out.mkdir(parents=True, exist_ok=True)
     write_whole(out / "results.json", (json.dumps(results, indent=1) + "\n").encode())
     show(results)
     print(f"results in {out / 'results.json'}")
@@ -77,6 +80,20 @@ def courses(cfg: DictConfig) -> RowMaker:
     """Rows of the course of energy and score in searches."""
     methods = methods_of(cfg)
     return lambda comparison: comparison.courses(methods)
+
+
+def true_boxes(cfg: DictConfig) -> RowMaker:
+    """Rows of judges asked about true boxes."""
+    asked = {str(node.name): made(node.judge) for node in chosen_rows(cfg, cfg.experiment.judges).values()}
+
+    def rows(comparison: Comparison) -> list[dict[str, Any]]:
+        each = {scene: removals(comparison.data.read(scene)[1], asked) for scene in comparison.scenes}
+        names = next(iter(each.values()))
+        scores = {name: {scene: found[name] for scene, found in each.items()} for name in names}
+        scored = [Scored(name, None, ("falls_any", "falls_set"), some) for name, some in scores.items()]
+        return rows_of(scored, comparison.seed)
+
+    return rows
 
 
 def judges(cfg: DictConfig) -> RowMaker:

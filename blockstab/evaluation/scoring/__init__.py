@@ -8,6 +8,7 @@ from pathlib import Path
 from blockstab.datasets.truth import Truth
 from blockstab.evaluation.scoring.flat import flat_found
 from blockstab.evaluation.scoring.prediction import Prediction, Score
+from blockstab.evaluation.scoring.removals import any_falls, exact_set, falls, nothing, reachable
 from blockstab.evaluation.scoring.scenes import (
     axis_error,
     carried_unseen,
@@ -35,6 +36,12 @@ SCORES: dict[str, Callable[[Prediction, Frame, Truth], Score]] = {
     "stable_share": stable,
     "carried_unseen": carried_unseen,
     "spoilt_found": spoilt_found,
+    "falls_any": any_falls(falls),
+    "falls_set": exact_set(falls),
+    "reachable_any": any_falls(reachable),
+    "reachable_set": exact_set(reachable),
+    "nothing_any": any_falls(nothing),
+    "nothing_set": exact_set(nothing),
     "overlap": overlap,
     "overlap_plain": overlap_plain,
     "overlap_touching": overlap_touching,
