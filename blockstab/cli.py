@@ -1,4 +1,4 @@
-"""The command line: `blockstab parse`, `blockstab simulate`, `blockstab judge`."""
+"""The command line: `blockstab parse`, `simulate`, `judge`, `export`."""
 
 from __future__ import annotations
 
@@ -109,6 +109,19 @@ def judge(
     from blockstab.commands.judge import judge_file
 
     judge_file(file, by, out)
+
+
+@app.command()
+def export(
+    file: Annotated[Path, typer.Argument(help="A scene.json, or a JSON list of boxes.")],
+    out: Annotated[
+        list[Path], typer.Argument(help="Files to write: .xml (MJCF of MuJoCo), .urdf, .glb, .ply.")
+    ],
+) -> None:
+    """Write boxes as worlds of other programs: simulators, planners, viewers."""
+    from blockstab.commands.export import export_file
+
+    export_file(file, out)
 
 
 def main() -> None:

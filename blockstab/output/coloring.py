@@ -11,6 +11,9 @@ DEPTH_RAMP = ((253, 231, 37), (122, 209, 81), (34, 168, 132), (42, 120, 142), (6
 # From good to bad, as in the paper's Figure 11: "the better quality the segments are, the more blue".
 QUALITY_RAMP = ((38, 70, 200), (40, 160, 220), (245, 215, 60), (235, 130, 40), (200, 30, 30))
 
+# Of things side by side in a world of boxes.
+WORLD_COLORS = ((31, 119, 180), (23, 163, 152), (106, 90, 205), (77, 159, 58), (0, 166, 214), (148, 103, 189))
+
 
 def outlined(color: Tensor, label: Tensor, palette: Tensor, width_px: int = 3) -> Tensor:
     """Draw the outline of every segment over the image, just inside its border.
