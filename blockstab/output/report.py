@@ -147,6 +147,8 @@ def _row(parsed: Parsed, i: int) -> str:
 def _supporter(parsed: Parsed, edge: int) -> str:
     supports = parsed.scene.supports
     index, kind = int(supports.supporter[edge]), SupportType(int(supports.type[edge]))
+    if index == GROUND and int(supports.supported[edge]) in parsed.unseen:
+        return "something unseen"
     return f"{'ground' if index == GROUND else parsed.ids[index]} ({kind.name.lower()})"
 
 

@@ -70,6 +70,7 @@ def write_parse(
     folder: Path,
     label: Tensor | None = None,
     supports: tuple[tuple[int, int, str], ...] = SUPPORTS,
+    falls: dict[int, list[int]] | None = None,
     **changes: dict[int, Any],
 ) -> None:
     """Write labels.png and scene.json; `changes` sets a key of some segments, by id."""
@@ -81,6 +82,7 @@ def write_parse(
             "id": i,
             "background": i == TABLE,
             "stable": True,
+            "verdict": "background" if i == TABLE else "stable",
             "box": {"rotation": pose(degrees)[:3, :3].tolist()},
         }
         for i, degrees in ((TABLE, 0.0), (BLOCK, 20.0), (UPPER, 0.0), (SPECK, 70.0))
@@ -89,7 +91,9 @@ def write_parse(
         for segment in segments:
             segment[key] = values.get(segment["id"], segment[key])
     edges = [{"supporter": a, "supported": b, "type": kind} for a, b, kind in supports]
-    (folder / "scene.json").write_text(json.dumps({"segments": segments, "supports": edges}))
+    told = {str(i): fallen for i, fallen in (falls or {}).items()}
+    record = {"segments": segments, "supports": edges, "falls_if_removed": told}
+    (folder / "scene.json").write_text(json.dumps(record))
 
 
 def scores_of(folders: tuple[Path, Path], names: tuple[str, ...]) -> dict[str, Score]:
@@ -174,6 +178,47 @@ def test_what_the_truth_marks_as_hardly_seen_is_not_scored(folders):
 def test_unstable_objects_are_counted(folders):
     write_parse(folders[1], stable={UPPER: False, SPECK: False})
     assert scored(folders, "stable_share") == Score(1.0, 2)
+
+
+def test_what_is_carried_unseen_is_counted_apart(folders):
+    write_parse(folders[1], verdict={UPPER: "hidden_support"})
+    assert scored(folders, "carried_unseen") == Score(1.0, 2)
+    assert scored(folders, "stable_share") == Score(2.0, 2)
+
+
+def test_a_spoilt_scene_is_found_where_anything_is_unstable(folders):
+    assert scored(folders, "spoilt_found") == Score(0.0, 0)
+    moving = [replace(one, moves=one.id == UPPER) for one in TRUTH.objects]
+    write_truth(folders[0], replace(TRUTH, objects=tuple(moving)))
+    assert scored(folders, "spoilt_found") == Score(0.0, 1)
+    write_parse(folders[1], stable={BLOCK: False})
+    assert scored(folders, "spoilt_found") == Score(1.0, 1)
+
+
+def test_what_falls_is_compared_thing_by_thing_and_set_by_set(folders):
+    fallen = {BLOCK: (UPPER,), UPPER: (), SPECK: ()}
+    objects = tuple(replace(one, falls_if_removed=fallen[one.id]) for one in TRUTH.objects)
+    write_truth(folders[0], replace(TRUTH, objects=objects))
+    write_parse(folders[1], falls={BLOCK: [UPPER]})
+    for name in ("falls_any", "falls_set", "reachable_any", "reachable_set"):
+        assert scored(folders, name) == Score(2.0, 2)
+    assert scored(folders, "nothing_any") == Score(1.0, 2)
+    write_parse(folders[1], falls={UPPER: [BLOCK]})
+    assert scored(folders, "falls_any") == Score(0.0, 2)
+    write_parse(folders[1], falls={BLOCK: [UPPER, SPECK], UPPER: []})
+    assert scored(folders, "falls_set") == Score(2.0, 2)  # the speck is hardly seen, and not asked about
+
+
+def test_segments_stand_for_the_things_that_they_share_half_with(folders):
+    objects = tuple(
+        replace(one, falls_if_removed=(UPPER,) if one.id == BLOCK else ()) for one in TRUTH.objects
+    )
+    write_truth(folders[0], replace(TRUTH, objects=objects))
+    renamed = torch.tensor([0, TABLE, UPPER, BLOCK, SPECK])[picture()]
+    write_parse(folders[1], label=renamed, falls={UPPER: [BLOCK]})
+    assert scored(folders, "falls_set") == Score(2.0, 2)
+    write_parse(folders[1], label=torch.where(picture() == TABLE, TABLE, SPECK), falls={SPECK: []})
+    assert scored(folders, "falls_any") == Score(1.0, 2)  # of what no segment stands for, nothing is told
 
 
 def test_overlap_is_over_objects_not_background(folders):
