@@ -60,7 +60,8 @@ def run_of(checkout: Path, scenes: Sequence[Path], jobs: int) -> dict[str, Any]:
 
 def _stages(found: dict[str, float]) -> dict[str, float]:
     early = sum(found.get(stage, 0.0) for stage in BEFORE_SEARCH)
-    stages = {"before the search": early, "search": found["search"], "removal": found["removal"]}
+    late = found["removal"] + found.get("conclusion", 0.0)  # which older versions have not
+    stages = {"before the search": early, "search": found["search"], "removal": late}
     return {**stages, "whole image": sum(stages.values())}
 
 

@@ -63,17 +63,17 @@ def _section(name: str, results: dict[str, Any]) -> str:
 def _command(results: dict[str, Any]) -> str:
     """The command that such results come from."""
     name = results["data"]["name"]
-    simulated = re.fullmatch(r"([a-z]+)_(\d+)_seed(\d+)_([a-z]+)_variety([\d.]+)", name)
+    simulated = re.fullmatch(r"([a-z]+)_(\d+)_seed(\d+)_([a-z]+)_variety([\d.]+)(?:_(support|let_go))?", name)
     if simulated:
-        keys = ("preset", "count", "seed", "sensor", "variety")
-        data = " ".join(
-            ["data=simulated", *(f"data.{k}={v}" for k, v in zip(keys, simulated.groups(), strict=True))]
-        )
+        keys = ("preset", "count", "seed", "sensor", "variety", "way")
+        given = {k: v for k, v in zip(keys, simulated.groups(), strict=True) if v is not None}
+        kind = "spoilt" if "way" in given else "simulated"
+        data = " ".join([f"data={kind}", *(f"data.{k}={v}" for k, v in given.items())])
     else:
         root = name.removesuffix(" (annotated)")
         data = f"data=folder data.root={root}" + (" data.annotated=true" if root != name else "")
     first = results["rows"][0]["potential"]
-    chosen = "" if results["experiment"] in OWN_POTENTIALS else f" potentials={first}"
+    chosen = "" if first is None or results["experiment"] in OWN_POTENTIALS else f" potentials={first}"
     some = results.get("methods")
     methods = f" 'methods=[{','.join(some)}]'" if some else ""
     asked, usual = list(results["rows"][0]["scores"]), SCORES.get(results["experiment"])

@@ -171,6 +171,7 @@ def test_a_variant_replaces_a_changed_box_and_keeps_the_row_of_an_unchanged_one(
     assert torch.equal(box_cache.fits.boxes.half_extent[new], longer.half_extent)
     assert torch.equal(box_cache.fits.mean[new], box_cache.fits.mean[rows])
     assert torch.equal(box_cache.variants(rows, longer), new)
+    assert torch.equal(box_cache.fitted(new), rows)
     assert torch.equal(box_cache.variants(rows, old), rows)
     assert len(box_cache.fits) == 4
     assert calls(box_cache) == [3]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 import torch
@@ -94,3 +95,12 @@ def test_points_of_any_shape_get_an_answer_each() -> None:
     points[..., 2] = -0.5
     assert wall().hidden(points, SLACK).shape == (3, 4, 5)
     assert not bool(wall().hidden(points, SLACK).any())
+
+
+def test_a_gap_is_as_far_as_what_lies_further_back_beside_it() -> None:
+    depth = torch.tensor(
+        [[1.0, 0.0, 0.0, 2.0, 0.0], [0.0, 3.0, 0.0, 1.0, 1.5], [0.0] * 5], dtype=torch.float64
+    )
+    filled = replace(wall(), depth=depth).without_gaps()
+    expected = [[1.0, 2.0, 2.0, 2.0, 2.0], [3.0, 3.0, 3.0, 1.0, 1.5], [0.0] * 5]
+    assert filled.depth.tolist() == expected
