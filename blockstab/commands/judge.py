@@ -147,7 +147,9 @@ def _show(asked: Arrangement, record: dict[str, Any]) -> None:
         if "removal_order" in told:
             order = told["removal_order"]
             typer.echo(
-                f"{name}: " + ("no order" if order is None else ", ".join(order)) + " lets nothing fall"
+                f"{name}: there is no order in which all can be taken away while nothing falls"
+                if order is None
+                else f"{name}: taken away in this order, nothing falls: {', '.join(order)}"
             )
     typer.echo(f"Gravity may tilt by {record['least_tilt_deg']:.1f} degrees before something moves.")
     if len(judges) > 1:
