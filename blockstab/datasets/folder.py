@@ -150,8 +150,7 @@ def _camera(camera: Camera) -> dict[str, Any]:
 
 def _entry(truth: ObjectTruth, label: Tensor | None) -> dict[str, Any]:
     # A scene says of few objects that they are hardly seen, so it is silent about the others.
-    silent = {"hardly_seen"} if not truth.hardly_seen else set()
-    known = {name: value for name, value in vars(truth).items() if value is not None and name not in silent}
+    known = {n: v for n, v in vars(truth).items() if v is not None and (n != "hardly_seen" or v)}
     entry = {n: v.tolist() if isinstance(v, Tensor) else v for n, v in known.items()}
     if label is not None:
         entry["pixels"] = int((label == truth.id).sum())

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 import torch
 
 from blockstab.boxes.box import Boxes
+from blockstab.datasets.sets import SceneSet
 from blockstab.datasets.truth import Truth
 from blockstab.evaluation.scoring.prediction import Score
-from blockstab.evaluation.scoring.removals import reached
+from blockstab.evaluation.scoring.removals import agreed, any_falls, exact_set, reached
 from blockstab.rgbd.ground import world_from_camera
 from blockstab.stability.arrangement import Arrangement
 from blockstab.stability.judges import StabilityJudge
@@ -38,6 +39,14 @@ def arrangement_of(truth: Truth) -> Arrangement:
     return Arrangement(tuple(str(o.id) for o in objects), boxes, movable, ground, _TOUCH, exact)
 
 
+def removals_in(
+    data: SceneSet, scene: str, judges: Mapping[str, StabilityJudge]
+) -> dict[str, dict[str, Score]]:
+    """The same as `removals`, of one scene of a set."""
+    torch.set_num_threads(1)
+    return removals(data.read(scene)[1], judges)
+
+
 def removals(truth: Truth, judges: Mapping[str, StabilityJudge]) -> dict[str, dict[str, Score]]:
     """Of each judge, and of simpler guesses, how often it is right about what falls without each thing.
 
@@ -56,10 +65,8 @@ def removals(truth: Truth, judges: Mapping[str, StabilityJudge]) -> dict[str, di
         found[name] = [{ids[j] for j in row.nonzero()[:, 0].tolist()} for row in table]
     return {
         name: {
-            "falls_any": Score(
-                float(sum(bool(a) == bool(b) for a, b in zip(true, told, strict=True))), len(true)
-            ),
-            "falls_set": Score(float(sum(a == b for a, b in zip(true, told, strict=True))), len(true)),
+            "falls_any": agreed(zip(true, told, strict=True), any_falls),
+            "falls_set": agreed(zip(true, told, strict=True), exact_set),
         }
         for name, told in found.items()
     }

@@ -32,11 +32,12 @@ class WithoutSupport(Recipe):
         """
         for _ in range(_ATTEMPTS):
             pile, _ = resting_pile(preset(self.preset), generator)
-            carriers = falls(pile).any(dim=1).nonzero()[:, 0].tolist()
+            fallen = falls(pile)
+            carriers = fallen.any(dim=1).nonzero()[:, 0].tolist()
             if carriers:
                 taken = choice(generator, carriers)
-                left = pile[[i for i in range(len(pile)) if i != taken]]
-                return Arranged(left, None, moves(left))
+                left = [i for i in range(len(pile)) if i != taken]
+                return Arranged(pile[left], None, fallen[taken, left])
         raise RuntimeError(f"In none of {_ATTEMPTS} piles of {self.preset} did one thing hang on another.")
 
 

@@ -15,7 +15,7 @@ from blockstab.boxes.box import Boxes
 from blockstab.geometry.convex_hulls import area, clip
 from blockstab.stability.area import footprints
 
-HIDDEN_SHARE = 0.8  # of the sides of the lower part must be hidden
+HIDDEN_SHARE = 0.8  # of what would be seen of a part that is added must be hidden
 _MIN_OVERLAP = 0.1  # share of its footprint that must lie over a thing for the thing to carry it
 _GRID = 6  # points along either direction of a side face
 _UPRIGHT = 0.94  # cosine of 20 degrees: a tilted box has no side that goes straight down

@@ -12,10 +12,9 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes, checked, rotation_of
-from blockstab.boxes.separation import separation
 from blockstab.rgbd.ground import world_from_camera
 from blockstab.rgbd.reading import FrameError, Meta, finite, read_json
-from blockstab.stability.relating import related
+from blockstab.stability.relating import related_on
 from blockstab.stability.support import SupportRules, Supports
 
 TOUCH_M = 0.005  # boxes of which nothing is known but where they are touch if they are this close
@@ -47,11 +46,11 @@ class Arrangement:
         """All relations that nearness allows."""
         n = len(self.boxes)
         first, second = torch.triu_indices(n, n, offset=1)
-        height = torch.full((n,), self.ground_height, dtype=torch.float64)
         top = self.boxes.corners()[..., 1].amax(dim=1)
         is_ground = ~self.movable & (top < self.ground_height + _NO_GROUND_M)
-        apart = separation(self.boxes, first, second)
-        return related(self.boxes, (first, second), apart, height, self.movable, is_ground, self.rules)
+        return related_on(
+            self.ground_height, self.boxes, (first, second), self.movable, is_ground, self.rules
+        )
 
 
 def read_arrangement(path: Path) -> Arrangement:

@@ -13,6 +13,10 @@ from blockstab.stability.balance import Balance, balance
 from blockstab.stability.contacts import FRICTION, contacts_of, islands_of, loosened
 from blockstab.stability.support import Supports
 
+TOGETHER = (
+    1024  # boxes are judged at once, at most, of copies of a scene: the square of their number is what costs
+)
+
 
 class Verdicts(NamedTuple):
     """The supports that count, and which of N boxes stand."""

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.boxes.separation import Separation
+from blockstab.boxes.separation import Separation, separation
 from blockstab.geometry.convex_hulls import Polygons
 from blockstab.stability.support import SupportRules, Supports
 
@@ -37,3 +37,16 @@ def related(
     )
     supporter, supported, kind, vertices, count = map(torch.from_numpy, found)
     return Supports(supporter, supported, kind, Polygons(vertices, count))
+
+
+def related_on(
+    ground_height: float,
+    boxes: Boxes,
+    pairs: tuple[Tensor, Tensor],
+    movable: Tensor,
+    is_ground: Tensor,
+    rules: SupportRules,
+) -> Supports:
+    """The same on a ground that is as high everywhere, with the gaps of the pairs measured here."""
+    height = torch.full((len(boxes),), ground_height, dtype=torch.float64)
+    return related(boxes, pairs, separation(boxes, *pairs), height, movable, is_ground, rules)

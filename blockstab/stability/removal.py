@@ -6,11 +6,10 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.stability.judges import StabilityJudge, TrimmedSupports
+from blockstab.stability.judges import TOGETHER, StabilityJudge, TrimmedSupports
 from blockstab.stability.support import Supports
 
 _RULE = TrimmedSupports()
-_TABLE = 1024  # boxes judged together: the square of their number is what costs
 
 
 def falls_if_removed(
@@ -56,7 +55,7 @@ def standing_without(
 ) -> Tensor:
     """(K, N) bool: whether box b (column) stands in the copy (row) that lacks the boxes marked absent (K, N)."""
     n = len(boxes)
-    together = max(1, _TABLE // max(n, 1))
+    together = max(1, TOGETHER // max(n, 1))
     parts = [
         _together(boxes, movable, candidates, some, slack, judge) for some in torch.split(absent, together)
     ]

@@ -8,14 +8,11 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
-from blockstab.boxes.separation import separation
 from blockstab.geometry.convex_hulls import Polygons
-from blockstab.stability.judges import StabilityJudge, Verdicts
-from blockstab.stability.relating import related
+from blockstab.stability.judges import TOGETHER, StabilityJudge, Verdicts
+from blockstab.stability.relating import related_on
 from blockstab.stability.support import GROUND, SupportRules, Supports, SupportType, join
 from blockstab.stability.unseen import grown
-
-_TABLE = 1024  # boxes judged together: the square of their number is what costs
 
 
 @dataclass(frozen=True)
@@ -66,13 +63,7 @@ class Situation:
 
     def candidates(self) -> Supports:
         """All relations that nearness allows, and what carries unseen."""
-        n = len(self.boxes)
-        first, second = torch.triu_indices(n, n, offset=1)
-        pairs = first, second
-        height = torch.full((n,), self.ground_height, dtype=torch.float64)
-        apart = separation(self.boxes, *pairs)
-        near = related(self.boxes, pairs, apart, height, self.movable, self.is_ground, self.rules)
-        return join([near, self.unseen.supports()]) if len(self.unseen.supported) else near
+        return self._candidates(self.boxes, 1)
 
     def verdicts(self, candidates: Supports | None = None) -> Verdicts:
         """What the judge says."""
@@ -81,7 +72,7 @@ class Situation:
 
     def standing_with(self, added: Tensor) -> Tensor:
         """Which boxes stand, (K, N) bool, where in each of K copies the faces go on by `added` (K, N, 6) metres."""
-        together = max(1, _TABLE // max(len(self.boxes), 1))
+        together = max(1, TOGETHER // max(len(self.boxes), 1))
         parts = [self._together(some) for some in torch.split(added, together)]
         return torch.cat(parts) if parts else torch.empty(0, len(self.boxes), dtype=torch.bool)
 
@@ -89,18 +80,23 @@ class Situation:
         """The same, as one scene with copies of all boxes."""
         k, n = added.shape[:2]
         boxes = grown(self.boxes[torch.arange(n).repeat(k)], added.flatten(0, 1))
-        first, second = torch.triu_indices(n, n, offset=1)
-        shift = (torch.arange(k) * n)[:, None]
-        pairs = (first + shift).flatten(), (second + shift).flatten()
-        movable, is_ground = self.movable.repeat(k), self.is_ground.repeat(k)
-        height = torch.full((k * n,), self.ground_height, dtype=torch.float64)
-        near = related(boxes, pairs, separation(boxes, *pairs), height, movable, is_ground, self.rules)
-        if len(self.unseen.supported):
-            some = self.unseen.supports()
-            again, copy = torch.arange(len(some)).repeat(k), torch.arange(k).repeat_interleave(len(some))
-            above = some.supported[again] + copy * n
-            near = join([near, Supports(some.supporter[again], above, some.type[again], some.area[again])])
+        near, movable = self._candidates(boxes, k), self.movable.repeat(k)
         return self.judge(boxes, movable, near, self.rules.noise(boxes)).balance.stable.view(k, n)
+
+    def _candidates(self, boxes: Boxes, copies: int) -> Supports:
+        """The candidates of so many copies of the boxes, one after the other."""
+        n = len(self.boxes)
+        first, second = torch.triu_indices(n, n, offset=1)
+        shift = (torch.arange(copies) * n)[:, None]
+        pairs = (first + shift).flatten(), (second + shift).flatten()
+        movable, is_ground = self.movable.repeat(copies), self.is_ground.repeat(copies)
+        near = related_on(self.ground_height, boxes, pairs, movable, is_ground, self.rules)
+        if not len(self.unseen.supported):
+            return near
+        some = self.unseen.supports()
+        again = torch.arange(len(some)).repeat(copies)
+        above = (some.supported + shift).flatten()
+        return join([near, Supports(some.supporter[again], above, some.type[again], some.area[again])])
 
     def part(self, members: Tensor) -> Situation:
         """The situation of some boxes (M,) alone."""

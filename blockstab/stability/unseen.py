@@ -8,23 +8,17 @@ import torch
 from torch import Tensor
 
 from blockstab.boxes.box import Boxes
+from blockstab.stability.amodal import HIDDEN_SHARE
 
 STEP_M = 0.01  # by which faces are moved out
 MOST_M = 0.4  # and how far at most
-HIDDEN_SHARE = 0.8  # of what would be seen of a step must be hidden
 _GRID = 5  # points along an edge of a face
 _INSIDE_M = 0.005  # deeper than this in another box, there is no room
-_RIM_M, _RIM_SHARE = (
-    0.01,
-    0.4,
-)  # of a face, or of its half, that is left out: boxes reach a little beyond their thing
-# The six faces: along the first axis, against it, along the second, ...
-FACE_AXIS = torch.tensor([0, 0, 1, 1, 2, 2])
-FACE_SIGN = torch.tensor([1.0, -1.0] * 3, dtype=torch.float64)
+# Boxes reach a little beyond their thing: of a face this much is left out along its rim, but not more than that
+# share of half of it.
+_RIM_M, _RIM_SHARE = 0.01, 0.4
 
-Hidden = Callable[
-    [Tensor], Tensor
-]  # of points (..., 3): whether the camera could not have seen them, (...) bool
+Hidden = Callable[[Tensor], Tensor]  # from points (..., 3) to whether the camera could not have seen them
 
 
 def unseen_reach(boxes: Boxes, which: Tensor, hidden: Hidden, others: Tensor, ground_height: float) -> Tensor:
@@ -44,8 +38,7 @@ def unseen_reach(boxes: Boxes, which: Tensor, hidden: Hidden, others: Tensor, gr
     levels = torch.arange(1, round(MOST_M / STEP_M) + 1, dtype=torch.float64) * STEP_M
     reach = torch.zeros(len(which), 6, dtype=torch.float64)
     for face in range(6):
-        axis, sign = int(FACE_AXIS[face]), float(FACE_SIGN[face])
-        sides, end = _shell(boxes[which], axis, sign, levels)
+        sides, end = _shell(boxes[which], face, levels)
         shown = torch.cat([sides[0].flatten(2, 3), end[0]], dim=2)
         facing = torch.cat([sides[1].flatten(2, 3), end[1]], dim=2)
         unseen = (hidden(shown) & facing).sum(dim=2) >= HIDDEN_SHARE * facing.sum(dim=2)
@@ -54,9 +47,7 @@ def unseen_reach(boxes: Boxes, which: Tensor, hidden: Hidden, others: Tensor, gr
     return reach
 
 
-def _shell(
-    boxes: Boxes, axis: int, sign: float, levels: Tensor
-) -> tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]:
+def _shell(boxes: Boxes, face: int, levels: Tensor) -> tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]:
     """Surface of each step beyond one face of K boxes: its four sides, and its end.
 
     Returns:
@@ -64,12 +55,11 @@ def _shell(
         points (K, L, G * G, 3) at the end of it, and the same, (K, L, G * G).
     """
     across = (2 * torch.arange(_GRID, dtype=torch.float64) + 1) / _GRID - 1
-    out = sign * boxes.rotation[:, :, axis]
-    face = boxes.center + out * boxes.half_extent[:, axis, None]
-    u, v = (k for k in range(3) if k != axis)
+    out, center = boxes.face_normals()[:, face], boxes.face_centers()[:, face]
+    u, v = (k for k in range(3) if k != face // 2)
     half = boxes.half_extent - torch.minimum(boxes.half_extent * _RIM_SHARE, torch.tensor(_RIM_M).double())
     edges = [boxes.rotation[:, :, k] * half[:, k, None] for k in (u, v)]
-    middle = face[:, None] + out[:, None] * (levels - STEP_M / 2)[:, None]
+    middle = center[:, None] + out[:, None] * (levels - STEP_M / 2)[:, None]
     points, normals = [], []
     for one, other in (edges, edges[::-1]):
         for turn in (1.0, -1.0):
@@ -79,7 +69,7 @@ def _shell(
     sides = torch.stack(points, dim=2)
     outward = torch.stack(normals, dim=1)[:, None, :, None]
     grid = across[:, None, None] * edges[0][:, None, None] + across[:, None] * edges[1][:, None, None]
-    end = (face[:, None] + out[:, None] * levels[:, None])[:, :, None] + grid.flatten(1, 2)[:, None]
+    end = (center[:, None] + out[:, None] * levels[:, None])[:, :, None] + grid.flatten(1, 2)[:, None]
     return (sides, (sides * outward).sum(dim=-1) < 0), (end, (end * out[:, None, None]).sum(dim=-1) < 0)
 
 

@@ -11,8 +11,10 @@ from typing import Any
 
 import hydra
 import torch
+from joblib import delayed
 from omegaconf import DictConfig
 from rich.console import Console
+from rich.progress import track
 from rich.table import Table
 
 import blockstab
@@ -20,7 +22,8 @@ from blockstab.datasets.readable import readable
 from blockstab.datasets.splits import scenes_of
 from blockstab.evaluation.comparison import Comparison, Method
 from blockstab.evaluation.scoring.rows import Scored, rows_of
-from blockstab.evaluation.true_boxes import removals
+from blockstab.evaluation.true_boxes import removals_in
+from blockstab.executors import each_done
 from blockstab.output.export import write_whole
 from models.configured import CONFIGS, PARTS, example_maker, made, parser_maker, see_own_code
 from models.entry import one_line_errors
@@ -87,7 +90,11 @@ def true_boxes(cfg: DictConfig) -> RowMaker:
     asked = {str(node.name): made(node.judge) for node in chosen_rows(cfg, cfg.experiment.judges).values()}
 
     def rows(comparison: Comparison) -> list[dict[str, Any]]:
-        each = {scene: removals(comparison.data.read(scene)[1], asked) for scene in comparison.scenes}
+        scenes = comparison.scenes
+        work = (delayed(removals_in)(comparison.data, scene, asked) for scene in scenes)
+        done = each_done(work, comparison.jobs)
+        shown = track(done, "judging", len(scenes), console=Console(stderr=True))
+        each = dict(zip(scenes, shown, strict=True))
         names = next(iter(each.values()))
         scores = {name: {scene: found[name] for scene, found in each.items()} for name in names}
         scored = [Scored(name, None, ("falls_any", "falls_set"), some) for name, some in scores.items()]

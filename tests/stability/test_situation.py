@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 import torch
 
+from blockstab.geometry.convex_hulls import hull
 from blockstab.stability.situation import Unseen
 from blockstab.stability.support import GROUND
 from blockstab.stability.unseen import grown
@@ -31,8 +32,6 @@ def test_what_is_carried_unseen_stands():
     shadow = asked.candidates().area  # nothing
     assert len(shadow) == 0
     square = looked_at(Block(0, 0.3, 0.1, 0.1))[0].corners()[:, [0, 4, 5, 1]][..., [0, 2]]
-    from blockstab.geometry.convex_hulls import hull
-
     area = hull(square, torch.ones(1, 4, dtype=torch.bool))
     carried = replace(asked, unseen=Unseen(torch.tensor([0]), area))
     assert bool(carried.verdicts().balance.stable)

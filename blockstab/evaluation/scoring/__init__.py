@@ -8,7 +8,7 @@ from pathlib import Path
 from blockstab.datasets.truth import Truth
 from blockstab.evaluation.scoring.flat import flat_found
 from blockstab.evaluation.scoring.prediction import Prediction, Score
-from blockstab.evaluation.scoring.removals import any_falls, exact_set, falls, nothing, reachable
+from blockstab.evaluation.scoring.removals import agreement, any_falls, exact_set, falls, nothing, reachable
 from blockstab.evaluation.scoring.scenes import (
     axis_error,
     carried_unseen,
@@ -36,12 +36,12 @@ SCORES: dict[str, Callable[[Prediction, Frame, Truth], Score]] = {
     "stable_share": stable,
     "carried_unseen": carried_unseen,
     "spoilt_found": spoilt_found,
-    "falls_any": any_falls(falls),
-    "falls_set": exact_set(falls),
-    "reachable_any": any_falls(reachable),
-    "reachable_set": exact_set(reachable),
-    "nothing_any": any_falls(nothing),
-    "nothing_set": exact_set(nothing),
+    "falls_any": agreement(falls, any_falls),
+    "falls_set": agreement(falls, exact_set),
+    "reachable_any": agreement(reachable, any_falls),
+    "reachable_set": agreement(reachable, exact_set),
+    "nothing_any": agreement(nothing, any_falls),
+    "nothing_set": agreement(nothing, exact_set),
     "overlap": overlap,
     "overlap_plain": overlap_plain,
     "overlap_touching": overlap_touching,

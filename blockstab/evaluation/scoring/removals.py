@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import torch
 
@@ -13,6 +13,7 @@ from blockstab.rgbd.frame import Frame
 
 Fallen = Mapping[int, set[int]]  # by id, the ids of what falls without it
 Guess = Callable[[Prediction], Fallen]
+Alike = Callable[[set[int], set[int]], bool]  # of what falls in truth, and as it was told
 _MATCHED = 0.5  # intersection over union of a segment that stands for a thing
 
 
@@ -41,24 +42,29 @@ def nothing(prediction: Prediction) -> Fallen:
     return {}
 
 
-def any_falls(guess: Guess) -> Callable[[Prediction, Frame, Truth], Score]:
-    """The score of saying of each thing whether anything falls without it."""
+def agreement(guess: Guess, alike: Alike) -> Callable[[Prediction, Frame, Truth], Score]:
+    """The score of a guess at what falls without each thing."""
 
     def score(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
-        asked = list(_asked(guess(prediction), prediction, frame, truth))
-        return Score(float(sum(bool(true) == bool(told) for true, told in asked)), len(asked))
+        return agreed(_asked(guess(prediction), prediction, frame, truth), alike)
 
     return score
 
 
-def exact_set(guess: Guess) -> Callable[[Prediction, Frame, Truth], Score]:
-    """The score of saying of each thing just what falls without it."""
+def agreed(asked: Iterable[tuple[set[int], set[int]]], alike: Alike) -> Score:
+    """Of pairs of what falls in truth and as it was told, those that are alike."""
+    right = [alike(true, told) for true, told in asked]
+    return Score(float(sum(right)), len(right))
 
-    def score(prediction: Prediction, frame: Frame, truth: Truth) -> Score:
-        asked = list(_asked(guess(prediction), prediction, frame, truth))
-        return Score(float(sum(true == told for true, told in asked)), len(asked))
 
-    return score
+def any_falls(true: set[int], told: set[int]) -> bool:
+    """Whether it was told right if anything falls."""
+    return bool(true) == bool(told)
+
+
+def exact_set(true: set[int], told: set[int]) -> bool:
+    """Whether it was told right just what falls."""
+    return true == told
 
 
 def _asked(
