@@ -99,7 +99,9 @@ def _order(parsed: Parsed) -> str:
     if parsed.removal.order is None:
         return "There is no order in which all can be taken away one at a time while nothing falls."
     names = ", ".join(str(parsed.ids[i]) for i in parsed.removal.order)
-    return f"Taken away in this order, one at a time, nothing falls: {names}." if names else ""
+    if not names:
+        return ""
+    return f"Taken away in this order, one at a time, as the small numbers say, nothing falls: {names}."
 
 
 def _because(parsed: Parsed) -> dict[str, dict[str, str]]:
